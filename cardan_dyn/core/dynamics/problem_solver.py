@@ -308,8 +308,8 @@ class ProblemSolver(Frozen):
         """
         return self._in_blocks(targets, Guess(x, turns, True), True)
 
-    def assemble_at(self, targets: Targets, near: Mapping[str, Array]) -> AssembledPositions:
-        """Return what `assemble` does, where positions of the joints are known already.
+    def assembled_at(self, targets: Targets, near: Mapping[str, Array]) -> AssembledPositions:
+        """Return what `assembled_in_turn` does, where positions of the joints are known already.
 
         Nothing is followed from the start: the loops are closed from there, and proven as always.
 
@@ -320,10 +320,8 @@ class ProblemSolver(Frozen):
 
         Raises:
             ArgumentError: there are too many for the memory of the machine.
-            AssemblyError: the loops are not closed near there.
-            SingularConfigurationError: a position is a dead point.
         """
-        self.refuse_too_many(targets.size, kept_closed=True)
+        self.refuse_too_many(targets.size)
         coordinates = self.problem.mechanism.coordinates
         x = np.tile(self.assembly.start, (targets.size, 1))
         for name, values in near.items():
@@ -336,8 +334,7 @@ class ProblemSolver(Frozen):
         x -= 2.0 * np.pi * turns
         given = coordinates.columns_of((*self.problem.independent, *self.varied))
         x[:, given], turns[:, given] = targets.prescribed, 0.0
-        assembled = self.assembled_near(targets, x, turns)
-        return replace(assembled, blocks=list(assembled.blocks), along_path=False)
+        return self._in_blocks(targets, Guess(x, turns, True), False)
 
     def _in_blocks(self, targets: Targets, guess: Guess, along_path: bool) -> AssembledPositions:
         """Return targets whose blocks are closed from a guess whenever they are read."""

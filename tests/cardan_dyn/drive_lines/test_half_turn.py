@@ -88,15 +88,15 @@ def test_what_is_solved_once() -> None:
 
 @pytest.mark.slow
 def test_a_turn_is_solved_by_half(monkeypatch: pytest.MonkeyPatch) -> None:
-    shapes, original = [], ProblemSolver.assemble_at
+    shapes, original = [], ProblemSolver.assembled_at
 
     def counting(self: ProblemSolver, targets: Targets, near: Mapping[str, Array]) -> object:
         shapes.append(targets.shape)
         return original(self, targets, near)
 
-    monkeypatch.setattr(ProblemSolver, "assemble_at", counting)
+    monkeypatch.setattr(ProblemSolver, "assembled_at", counting)
     line = LINES["crosses"].replace(speed=1.0, torque=1.0)
     assert line.analyse().shape == (360,)
     designs = line.variants(fork_offsets=np.ones((4, 2)))
     assert line.analyse(variants=designs).shape == (4, 72)
-    assert shapes == [(180,), (4, 36)]
+    assert shapes == [(2, 180), (2, 4, 36)]  # With the torque, and moving.

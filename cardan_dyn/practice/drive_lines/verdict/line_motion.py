@@ -45,6 +45,7 @@ class LineMotion(NamedTuple):
 
 def line_motion(
     sweep: Sweep,
+    cause: int,
     line: LineData,
     slips: Sequence[str],
     speed: float,
@@ -53,16 +54,17 @@ def line_motion(
     """Return the motion of all shafts in a sweep.
 
     Args:
-        sweep: at this speed and acceleration of the input shaft.
+        sweep: causes × samples.
+        cause: index of one with this speed and acceleration of the input shaft.
         line: the line.
         slips: joints of the splines.
         speed: of the input shaft [rad/s].
         acceleration: of the input shaft [rad/s²].
     """
-    motion = sweep.motion
-    rotations = [np.broadcast_to(motion.position("bearing_in"), sweep.shape)]
-    ratios = [np.ones(sweep.shape)]
-    accelerations = [np.full(sweep.shape, acceleration)]
+    motion, shape = sweep.motion, sweep.shape[1:]
+    rotations = [motion.position("bearing_in")[cause]]
+    ratios = [np.ones(shape)]
+    accelerations = [np.full(shape, acceleration)]
     turns = []
     for k, (zero_in, zero_out) in enumerate(zip(*line.zero[:2], strict=True), 1):
         if line.even[k - 1]:
@@ -70,23 +72,26 @@ def line_motion(
                 values.append(values[-1])
             turns.append((np.zeros_like(ratios[-1][..., 0]),) * 2)
             continue
-        a = motion.position(f"pin_{k}_in") + zero_in
-        b = motion.position(f"pin_{k}_out") + zero_out
+        a = motion.position(f"pin_{k}_in")[cause] + zero_in
+        b = motion.position(f"pin_{k}_out")[cause] + zero_out
         along, across = np.cos(a) * np.cos(b), np.sin(b)
         turns.append((a[..., 0], b[..., 0]))
         rotations.append(rotations[-1] + lead(a, b))
-        ratio = ratios[-1] * along + motion.ratio(f"pin_{k}_in") * across
-        rate_a, rate_b = motion.velocity(f"pin_{k}_in"), motion.velocity(f"pin_{k}_out")
+        ratio = ratios[-1] * along + motion.ratio(f"pin_{k}_in")[cause] * across
+        rate_a, rate_b = (
+            motion.velocity(f"pin_{k}_in")[cause],
+            motion.velocity(f"pin_{k}_out")[cause],
+        )
         change = -rate_a * np.sin(a) * np.cos(b) - rate_b * np.cos(a) * np.sin(b)
         accelerations.append(
             accelerations[-1] * along
             + speed * ratios[-1] * change
-            + motion.acceleration(f"pin_{k}_in") * across
+            + motion.acceleration(f"pin_{k}_in")[cause] * across
             + rate_a * rate_b * np.cos(b)
         )
         ratios.append(ratio)
-    drawn_out = [motion.position(name) for name in slips]
-    slip = np.stack(drawn_out, axis=-1) if drawn_out else np.zeros((*sweep.shape, 0))
+    drawn_out = [motion.position(name)[cause] for name in slips]
+    slip = np.stack(drawn_out, axis=-1) if drawn_out else np.zeros((*shape, 0))
     driving, driven = (np.stack(item, axis=-1) for item in zip(*turns, strict=True))
     rotation = np.stack(rotations, axis=-1)
     return LineMotion(

@@ -1,16 +1,16 @@
 """Solving: from a line, a speed and a torque to its motion and forces, through sweeps of a scene.
 
-All forces follow linearly from what acts at a position, so three kinds of sweeps over the same
-closed positions are enough: with a unit torque at the output at rest, whose results are multiplied
-by the torque; at speed with weight and without torque; and with a unit force in a spline, which is
-multiplied by its friction under the whole torque in it, that of inertia included. Friction does no
-work on the turning line, so that it leaves the torque in splines as it is.
+All forces follow linearly from what acts at a position, so that one sweep over a few causes is
+enough: a unit torque at the output at rest, whose results are multiplied by the torque; motion with
+weight and without torque; and a unit force in each spline, which is multiplied by its friction
+under the whole torque in it, that of inertia included. Friction does no work on the turning line,
+so that it leaves the torque in splines as it is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,7 +49,6 @@ _SMOOTH = 2e-10
 """Highest harmonics that are nothing, relative to the greatest force: positions are enough."""
 _NOTHING = 2e-13
 """Rounding of inertial forces, relative to those of all masses at the greatest distance."""
-_NO_TORQUE = {"bearing_out": 0.0}
 
 
 class Task(NamedTuple):
@@ -307,7 +306,8 @@ def _sleeves(
 def _blocks(line: LineData, task: Task) -> Iterator[tuple[Task, _Moved]]:
     """Yield the task for some positions at a time, or for all of them and some designs."""
     size = _BLOCK_OF_ONE if task.variants is None else _BLOCK
-    most = max(1, size // line.count)
+    causes = 2 + sum(shaft.spline is not None for shaft in line.shafts)
+    most = max(1, size // (line.count * causes))
     if task.variants is None:
         for start in range(0, len(task.positions), most):
             chosen = slice(start, start + most)
@@ -321,82 +321,89 @@ def _blocks(line: LineData, task: Task) -> Iterator[tuple[Task, _Moved]]:
         yield task, {joint: values[chosen, None] for joint, values in moved}
 
 
-class _Closed(NamedTuple):
-    """Positions of a line whose loops are closed.
+class _Cause(NamedTuple):
+    """What acts while the line turns.
 
     Attributes:
-        setup: the scene.
-        line: the line.
-        half_turn: how those at all positions follow from these.
-        positions: the closed ones.
-        turns: rotations to the axes of each bearing, see `_bearing_axes`.
+        torque: that the output shaft passes on [N·m].
+        speed: of the input shaft [rad/s].
+        acceleration: likewise [rad/s²].
+        gravity: `(3,)` [m/s²].
+        pushed: joint of the spline in which a unit force acts.
     """
 
-    setup: _Setup
-    line: LineData
+    torque: float = 0.0
+    speed: float = 0.0
+    acceleration: float = 0.0
+    gravity: Array = np.zeros(3)
+    pushed: str = ""
+
+
+class _Effects(NamedTuple):
+    """What some causes do, each by itself.
+
+    Attributes:
+        half_turn: how all positions follow from those of the sweep.
+        sweep: causes × samples.
+        forces: of each cause.
+        ratio: speed of the output shaft over that of the input shaft.
+    """
+
     half_turn: HalfTurn
-    positions: AssembledPositions
-    turns: Sequence[Array]
+    sweep: Sweep
+    forces: list[LineForces]
+    ratio: Array
 
-    @staticmethod
-    def at(
-        setup: _Setup, line: LineData, positions: Array, moved: _Moved, is_grid: bool = False
-    ) -> _Closed:
-        """Close the loops at positions `(P,)`, or designs × positions even where nothing varies."""
-        scene, half_turn = setup.scene, HalfTurn.of(positions)
-        positions = half_turn.positions
-        if is_grid:
-            count = max((len(values) for values in moved.values()), default=1)
-            positions = np.broadcast_to(positions, (count, len(positions)))
-        held = {joint.name: values for joint, values in moved.items()}
-        known = coordinates(line, positions, moved)
-        closed = (
-            scene.assemble(positions, held=held)
-            if known is None
-            else closed_near(scene, positions, held, known)
-        )
-        axes = _bearing_axes(line.geometry, moved, setup.seats)
-        turns = list(np.swapaxes(axes, 0, 1) if is_grid else axes[0])
-        return _Closed(setup, line, half_turn, closed, turns)
 
-    def swept(self, **arguments: Any) -> Sweep:
-        """Return a sweep over those that are closed; arguments as of `Scene.sweep`."""
-        return self.setup.scene.sweep(self.positions, **arguments)
+def _effects(
+    setup: _Setup,
+    line: LineData,
+    positions: Array,
+    causes: Sequence[_Cause],
+    moved: _Moved | None = None,
+) -> _Effects:
+    """Return what causes do at positions `(P,)`, or at designs × positions where any are moved."""
+    scene, half_turn = setup.scene, HalfTurn.of(positions)
+    shape: tuple[int, ...] = half_turn.positions.shape
+    if moved is not None:
+        shape = max((len(values) for values in moved.values()), default=1), *shape
+    every = np.broadcast_to(half_turn.positions, (len(causes), *shape))
+    moved = moved or {}
+    held = {joint.name: values for joint, values in moved.items()}
+    known = coordinates(line, every[0], moved)
+    at = every if known is None else closed_near(scene, every, held, known)
 
-    def forces(self, sweep: Sweep) -> LineForces:
-        """Return the forces of a sweep, at all positions."""
-        return self.half_turn.forces(_of(self.setup, self.line, self.turns, sweep))
+    def of_each(values: Sequence[float]) -> Array:
+        return np.reshape(values, (-1, *(1 for _ in shape)))
 
-    def ratio(self, sweep: Sweep) -> Array:
-        """Return the speed of the output shaft over that of the input shaft, at all positions."""
-        return self.half_turn.same(sweep.motion.ratio("bearing_out"), 0)
-
-    def motion(self, sweep: Sweep, speed: float, acceleration: float) -> LineMotion:
-        """Return the motion of all shafts in a sweep, at all positions."""
-        slips = [slip.joint for slip in self.setup.slips]
-        return self.half_turn.motion(line_motion(sweep, self.line, slips, speed, acceleration))
-
-    def pushed(self, index: int) -> tuple[float, Sweep] | None:
-        """Return the friction of a spline per torque [1/m], and the sweep of a unit force in it.
-
-        None if it has no friction.
-
-        Args:
-            index: of the spline.
-        """
-        slip = self.setup.slips[index]
-        spline = self.line.shafts[slip.shaft].spline
-        if spline is None or not spline.friction or spline.radius is None:
-            return None
-        return spline.friction / spline.radius, self.swept(
-            loads={slip.joint: 1.0, "bearing_out": 0.0}
-        )
+    loads = {"bearing_out": of_each([-cause.torque for cause in causes])}
+    loads |= {
+        name: of_each([float(cause.pushed == name) for cause in causes])
+        for name in {cause.pushed for cause in causes if cause.pushed}
+    }
+    sweep = scene.sweep(
+        at,
+        of_each([cause.speed for cause in causes]),
+        of_each([cause.acceleration for cause in causes]),
+        held=held if known is None else None,
+        loads=loads,
+        gravity=np.reshape([cause.gravity for cause in causes], (-1, *(1 for _ in shape), 3)),
+    )
+    axes = _bearing_axes(line.geometry, moved, setup.seats)
+    turns = list(np.swapaxes(axes, 0, 1) if len(shape) > 1 else axes[0])
+    found = _of(setup, line, turns, sweep)
+    forces = [
+        half_turn.forces(LineForces(*(values[index] for values in found)))
+        for index in range(len(causes))
+    ]
+    ratio = half_turn.same(sweep.motion.ratio("bearing_out")[0], 0)
+    return _Effects(half_turn, sweep, forces, ratio)
 
 
 def closed_near(
     scene: Scene, positions: Array, held: Mapping[str, Array], known: Mapping[str, Array]
 ) -> AssembledPositions:
-    """Return what `Scene.assemble` does, from where a closed form says that joints stand.
+    """Return positions for a sweep, closed from where a closed form says that joints stand.
 
     Args:
         scene: of a line.
@@ -407,72 +414,74 @@ def closed_near(
     targets = targets_of(scene.solver.problem, positions, held)
     # As scenes do: what overflows is refused where it is used.
     with np.errstate(over="ignore", invalid="ignore"):
-        return scene.solver.of_varied(targets.varied).assemble_at(targets, known)
+        return scene.solver.of_varied(targets.varied).assembled_at(targets, known)
 
 
 def _solved(
     setup: _Setup, line: LineData, task: Task, moved: _Moved
 ) -> tuple[LineMotion, LineForces, LineForces | None, tuple[float, ...]]:
     """Return motion, static and inertial forces, and residuals of a block of samples."""
-    closed = _Closed.at(setup, line, task.positions, moved, task.variants is not None)
-    rates = {"speed": task.speed, "acceleration": task.acceleration}
+    moving = _Cause(speed=task.speed, acceleration=task.acceleration, gravity=task.gravity)
     is_moving = task.speed != 0.0 or task.acceleration != 0.0
+    has_inertial = setup.is_heavy and (is_moving or bool(task.gravity.any()))
     # Without mass, forces in motion are those at rest.
-    unit = closed.swept(**(rates if is_moving and not setup.is_heavy else {}))
-    sweeps = [unit]
-    ratio = closed.ratio(unit)
-    torque = np.broadcast_to(task.torque, ratio.shape)
-    static = closed.forces(unit).times(torque if task.at_output else torque / ratio)
-    moving, inertial = unit, None
-    if setup.is_heavy and (is_moving or task.gravity.any()):
-        moving = closed.swept(loads=_NO_TORQUE, gravity=task.gravity, **rates)
-        inertial = closed.forces(moving)
-        sweeps.append(moving)
-    for index in range(len(setup.slips) if task.slipping else 0):
-        found = closed.pushed(index)
-        if found is None:
-            continue
-        per_torque, pushed = found
-        sweeps.append(pushed)
-        drawn = closed.forces(pushed).times(np.asarray(-task.slipping * per_torque))
+    causes = [_Cause(1.0), moving] if has_inertial else [moving._replace(torque=1.0)]
+    frictions = _frictions(setup, line) if task.slipping else {}
+    causes += [_Cause(pushed=setup.slips[index].joint) for index in frictions]
+    found = _effects(setup, line, task.positions, causes, moved if task.variants else None)
+    forces = iter(found.forces)
+    torque = np.broadcast_to(task.torque, found.ratio.shape)
+    static = next(forces).times(torque if task.at_output else torque / found.ratio)
+    inertial = next(forces) if has_inertial else None
+    for (index, per_torque), pushed in zip(frictions.items(), forces, strict=True):
+        drawn = pushed.times(np.asarray(-task.slipping * per_torque))
         alone = np.abs(static.spline_torque[..., index])
         if inertial is not None:
             both = np.abs(static.spline_torque + inertial.spline_torque)[..., index]
             inertial = inertial.plus(drawn.times(both - alone))
         static = static.plus(drawn.times(alone))
-    motion = closed.motion(moving, task.speed, task.acceleration)
+    slips = [slip.joint for slip in setup.slips]
+    rates = task.speed, task.acceleration
+    motion = line_motion(found.sweep, int(has_inertial), line, slips, *rates)
     residuals = tuple(
-        float(np.max([getattr(item, name) for item in sweeps]))
+        float(np.max(getattr(found.sweep, name)))
         for name in ("loop_residual", "balance_residual", "power_residual")
     )
-    return motion, static, inertial, residuals
+    return found.half_turn.motion(motion), static, inertial, residuals
+
+
+def _frictions(setup: _Setup, line: LineData) -> dict[int, float]:
+    """Return splines with friction, and its force per torque [1/m]."""
+    splines = [line.shafts[slip.shaft].spline for slip in setup.slips]
+    return {
+        index: spline.friction / spline.radius
+        for index, spline in enumerate(splines)
+        if spline is not None and spline.friction and spline.radius is not None
+    }
 
 
 def _causes(setup: _Setup, line: LineData, count: int, gravity: Array) -> Causes:
     """Return what forces are made of at equal steps of a turn; see `LineSolver.causes`."""
-    positions = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
-    closed = _Closed.at(setup, line, positions, {})
-    unit = closed.swept()
-    parts = [closed.forces(unit).times(1.0 / closed.ratio(unit))]
+    causes = [_Cause(1.0)]
     if setup.is_heavy:
-        inertial = ({"speed": 1.0}, {"acceleration": 1.0}, {"gravity": gravity})
-        parts += [closed.forces(closed.swept(loads=_NO_TORQUE, **one)) for one in inertial]
+        causes += [_Cause(speed=1.0), _Cause(acceleration=1.0), _Cause(gravity=gravity)]
+    parts_of, frictions = len(causes), _frictions(setup, line)
+    causes += [_Cause(pushed=setup.slips[index].joint) for index in frictions]
+    found = _effects(setup, line, np.linspace(0.0, 2.0 * np.pi, count, endpoint=False), causes)
+    parts = [found.forces[0].times(1.0 / found.ratio), *found.forces[1:parts_of]]
     names = tuple(line.shaft_names[slip.shaft] for slip in setup.slips)
     slides = []
-    for index, name in enumerate(names):
-        found = closed.pushed(index)
-        if found is not None:
-            per_torque, pushed = found
-            drawn = closed.forces(pushed).times(np.asarray(-per_torque))
-            added = tuple(drawn.times(part.spline_torque[..., index]) for part in parts)
-            slides.append((name, added))
+    for (index, per_torque), pushed in zip(frictions.items(), found.forces[parts_of:], strict=True):
+        drawn = pushed.times(np.asarray(-per_torque))
+        added = tuple(drawn.times(part.spline_torque[..., index]) for part in parts)
+        slides.append((names[index], added))
     return Causes(
         bearings=tuple(seat.name for seat in setup.seats),
         splines=names,
         indeterminate=supports(line).indeterminate,
         parts=tuple(parts),
         slides=tuple(slides),
-        is_open=_open_places(setup, line, unit),
+        is_open=_open_places(setup, line, found.sweep),
     )
 
 
