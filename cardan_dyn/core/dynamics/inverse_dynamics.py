@@ -159,12 +159,9 @@ class Solution(NamedTuple):
         v, a: joint velocities and accelerations `(N, nv)`.
         velocity_ratios: joint velocities per unit speed of each drive. These rates are None where
             a sweep does not keep them, see `ProblemSolver.rates_at`.
-        wrenches: `(N, b, 6)` of every joint in its frame, see `Mechanism.wrench_indices`; of a
-            sweep `(N, k, 6)`, the outputs.
-        efforts: `(N, nv)` what drives and held joints exert beside the loads; zero at other joints,
-            which those of a sweep leave out, `(N, p)`.
+        wrenches: `(N, k, 6)` of the outputs, each in its joint's frame.
+        efforts: `(N, p)` what drives, then held joints exert beside the loads.
         coupling_moments: `(N, G)` moments of the couplings at their successors' joints.
-        cancellation: `(N,)` see `Residuals.cancellation`.
         closure_condition: `(N,)` condition number of the closure equations alone, or how many
             times smaller a pivot of their elimination is than where its order was chosen.
         loop_error: `(N,)` closure error, see `Sweep.loop_residual`.
@@ -173,6 +170,8 @@ class Solution(NamedTuple):
         influence: `(b, 6)` how much of a self-stress of unit norm a component of a wrench can be,
             or of forces that a coupling may exert, see `Undescribed`.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
+        cancellation: `(N,)` see `Residuals.cancellation`; None where the residuals of all samples
+            tell it.
     """
 
     x: Array
@@ -182,12 +181,12 @@ class Solution(NamedTuple):
     wrenches: Array
     efforts: Array
     coupling_moments: Array
-    cancellation: Array
     closure_condition: Array
     loop_error: Array
     residuals: Residuals
     influence: Array
     indeterminate_couplings: set[int]
+    cancellation: Array | None = None
 
     @property
     def unique(self) -> Array:
@@ -202,34 +201,11 @@ class Solution(NamedTuple):
         total = 0.0
         for array in arrays:
             flat = array.ravel("K")
-            total += flat @ flat
+            total += flat.dot(flat)
         if math.isfinite(total):
             return set()
         named = zip(FINITE, arrays, strict=True)
         return {name for name, array in named if not np.isfinite(array).all()}
-
-    def reduced(self, outputs: list[int] | slice, prescribed: Array) -> Solution:
-        """Return what a sweep keeps.
-
-        Args:
-            outputs: indices of the wrenches that are results.
-            prescribed: velocity coordinates of the drives, then of the held joints.
-        """
-        return Solution(
-            self.x,
-            self.v,
-            self.a,
-            self.velocity_ratios,
-            self.wrenches[:, outputs],
-            self.efforts.take(prescribed, 1),
-            self.coupling_moments,
-            self.cancellation,
-            self.closure_condition,
-            self.loop_error,
-            self.residuals,
-            self.influence,
-            self.indeterminate_couplings,
-        )
 
     def prove(self, positions: Array) -> None:
         """Refuse a solution whose residuals are too great.

@@ -560,8 +560,6 @@ class _Work:
             self._has_rates = False
         elif len(assembled.spans) > 1:
             self._has_rates = acting.has_rates
-        self._prescribed = solver.problem.prescribed_columns
-        self._outputs = solver.problem.output_indices
 
     def block(self, index: int) -> Solution:
         """Return what is kept of a block."""
@@ -583,8 +581,7 @@ class _Work:
             closing = guess.of_samples(samples), inputs.positions[samples]
             return solver.assembly.close(*closing, span.start)
 
-        solution = solver.taped.solution(dynamics, x, inputs, close)
-        return solution.reduced(self._outputs, self._prescribed)
+        return solver.taped.solution(dynamics, x, inputs, close)
 
     def all(self) -> Solution:
         """Return what is kept of all blocks, see `collected`."""
