@@ -265,6 +265,7 @@ class InverseDynamics:
         self._claimed = sorted(indices, key=indices.__getitem__)
         self.claimed = sorted(indices.values())
         self._claimed_indices = consecutive(np.array(self.claimed, dtype=int))
+        self._proven_flags: set[bytes] = set()
         self._prescribed = problem.prescribed_columns
         scale = mechanism.coordinates.rate_scale
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
@@ -287,30 +288,32 @@ class InverseDynamics:
         """
         from ..proof.constraints import Motion
         from ..proof.free_bodies import FreeBodies, Setup
-        from ..proof.traced import Programs
 
         problem, mechanism = self._problem, self._mechanism
         known = np.zeros(mechanism.model.nv, dtype=bool)
         known[self._prescribed] = known[self._decided] = True
         motion = Motion(problem.independent, tuple(problem.held), known)
-        key = motion.drives, motion.held, known.tobytes(), *self._claimed
         return FreeBodies(
             mechanism.second_reading,
             mechanism.coordinates,
             mechanism.characteristic_length,
             Setup(motion, self._claimed, problem.elements, mechanism.zero),
-            mechanism.kept.of("programs of the proof", key, Programs),
+            mechanism.kept,
         )
 
     def prove_flags(self, solution: Solution) -> None:
         """Refuse a solution whose flags of uniqueness are contradicted by self-stresses.
 
+        Flags that were proven before are not proven again.
+
         Raises:
             AccuracyError: see `FreeBodies.prove_flags`.
         """
-        if self._claimed:
-            unique = solution.unique[self._claimed_indices]
+        unique = solution.unique[self._claimed_indices]
+        flags = unique.tobytes()
+        if flags and flags not in self._proven_flags:
             self.bodies.prove_flags(solution.x, unique, solution.closure_condition)
+            self._proven_flags.add(flags)
 
     def residuals(
         self,

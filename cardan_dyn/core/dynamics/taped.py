@@ -381,10 +381,16 @@ class TapedSolver:
 
     def _tree(self, factored: tuple[str, ...]) -> Tree:
         """Return the mechanism for tapes with factors on some links."""
-        if factored not in self._trees:
+
+        def made() -> Tree:
             tree = tree_of(self._mechanism, factored, *self._solved)
             tree = with_rods(tree, self._mechanism, self._groups)
-            self._trees[factored] = tree._replace(gears=gears_of(tree, self._mechanism))
+            return tree._replace(gears=gears_of(tree, self._mechanism))
+
+        if factored not in self._trees:
+            groups = tuple(group.key for group in self._groups)
+            key = factored, groups, frozenset(self._solved[-1])
+            self._trees[factored] = self._mechanism.kept.of("trees", key, made)
         return self._trees[factored]
 
     def _compliances(self) -> tuple[Compliance, ...]:

@@ -283,6 +283,19 @@ def test_false_flags_of_a_solution_are_refused() -> None:
     dynamics(nothing).prove_flags(alone._replace(influence=np.ones_like(alone.influence)))
 
 
+def test_flags_are_proven_once_in_a_scene() -> None:
+    scene = four_bar()
+    item = solution(scene)
+    # Coordinates that are not numbers cannot be decomposed: it shows where they are looked at.
+    unknown = item._replace(x=np.full_like(item.x, np.nan))
+    with pytest.raises((cd.AccuracyError, np.linalg.LinAlgError)):
+        dynamics(scene).prove_flags(unknown)
+    dynamics(scene).prove_flags(item)
+    dynamics(scene).prove_flags(unknown)
+    with pytest.raises((cd.AccuracyError, np.linalg.LinAlgError)):
+        dynamics(scene.replace(loads={})).prove_flags(unknown)
+
+
 @pytest.mark.parametrize("speed", [0.0, 1000.0])
 def test_open_flags_are_proven_at_any_speed(speed: float) -> None:
     """At speed the condition of the wrenches grows, but not that of the closure equations."""
