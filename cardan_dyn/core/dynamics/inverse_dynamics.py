@@ -238,6 +238,7 @@ class InverseDynamics:
         groups: Sequence[tuple[Group, bool]],
         known_bodies: Collection[int],
         decided: Array,
+        proven_flags: set[tuple[object, ...]],
     ) -> None:
         """Make the inverse dynamics.
 
@@ -247,6 +248,8 @@ class InverseDynamics:
             groups: these, and whether their forces are solved, too.
             known_bodies: bodies (0-based) on which every wrench is known.
             decided: velocity coordinates of the passive joints whose motion is solved.
+            proven_flags: flags that were proven of scenes with the same motion, and of which
+                wrenches these are; more are added to it.
         """
         self._problem = problem
         self._mechanism = mechanism = problem.mechanism
@@ -265,7 +268,7 @@ class InverseDynamics:
         self._claimed = sorted(indices, key=indices.__getitem__)
         self.claimed = sorted(indices.values())
         self._claimed_indices = consecutive(np.array(self.claimed, dtype=int))
-        self._proven_flags: set[bytes] = set()
+        self._proven_flags = proven_flags
         self._prescribed = problem.prescribed_columns
         scale = mechanism.coordinates.rate_scale
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
@@ -310,8 +313,8 @@ class InverseDynamics:
             AccuracyError: see `FreeBodies.prove_flags`.
         """
         unique = solution.unique[self._claimed_indices]
-        flags = unique.tobytes()
-        if flags and flags not in self._proven_flags:
+        flags = unique.tobytes(), *self.claimed
+        if self.claimed and flags not in self._proven_flags:
             self.bodies.prove_flags(solution.x, unique, solution.closure_condition)
             self._proven_flags.add(flags)
 
