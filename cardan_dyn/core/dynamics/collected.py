@@ -143,8 +143,10 @@ class Evidence(NamedTuple):
 
 def kept(block: Solution, keeps_rates: bool = True) -> dict[str, Array]:
     """Return the arrays of a block by their names, those of the velocity ratios as `ratios`."""
-    names = ("x", "wrenches", "efforts", "coupling_moments", "cancellation")
-    arrays = {name: getattr(block, name) for name in names}
+    arrays = {
+        name: getattr(block, name) for name in ("x", "wrenches", "efforts", "coupling_moments")
+    }
+    arrays["cancellation"] = block.residuals.cancellation
     if keeps_rates and block.velocity_ratios is not None:
         arrays |= {"v": block.v, "a": block.a, "ratios": block.velocity_ratios.values}
     return arrays

@@ -159,12 +159,9 @@ class Solution(NamedTuple):
         v, a: joint velocities and accelerations `(N, nv)`.
         velocity_ratios: joint velocities per unit speed of each drive. These rates are None where
             a sweep does not keep them, see `ProblemSolver.rates_at`.
-        wrenches: `(N, b, 6)` of every joint in its frame, see `Mechanism.wrench_indices`; of a
-            sweep `(N, k, 6)`, the outputs.
-        efforts: `(N, nv)` what drives and held joints exert beside the loads; zero at other joints,
-            which those of a sweep leave out, `(N, p)`.
+        wrenches: `(N, k, 6)` of the outputs, each in its joint's frame.
+        efforts: `(N, p)` what drives, then held joints exert beside the loads.
         coupling_moments: `(N, G)` moments of the couplings at their successors' joints.
-        cancellation: `(N,)` see `Residuals.cancellation`.
         closure_condition: `(N,)` condition number of the closure equations alone, or how many
             times smaller a pivot of their elimination is than where its order was chosen.
         loop_error: `(N,)` closure error, see `Sweep.loop_residual`.
@@ -173,6 +170,8 @@ class Solution(NamedTuple):
         influence: `(b, 6)` how much of a self-stress of unit norm a component of a wrench can be,
             or of forces that a coupling may exert, see `Undescribed`.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
+        cancellation: `(N,)` see `Residuals.cancellation`; None where the residuals of all samples
+            tell it.
     """
 
     x: Array
@@ -182,12 +181,12 @@ class Solution(NamedTuple):
     wrenches: Array
     efforts: Array
     coupling_moments: Array
-    cancellation: Array
     closure_condition: Array
     loop_error: Array
     residuals: Residuals
     influence: Array
     indeterminate_couplings: set[int]
+    cancellation: Array | None = None
 
     @property
     def unique(self) -> Array:
@@ -202,34 +201,11 @@ class Solution(NamedTuple):
         total = 0.0
         for array in arrays:
             flat = array.ravel("K")
-            total += flat @ flat
+            total += flat.dot(flat)
         if math.isfinite(total):
             return set()
         named = zip(FINITE, arrays, strict=True)
         return {name for name, array in named if not np.isfinite(array).all()}
-
-    def reduced(self, outputs: list[int] | slice, prescribed: Array) -> Solution:
-        """Return what a sweep keeps.
-
-        Args:
-            outputs: indices of the wrenches that are results.
-            prescribed: velocity coordinates of the drives, then of the held joints.
-        """
-        return Solution(
-            self.x,
-            self.v,
-            self.a,
-            self.velocity_ratios,
-            self.wrenches[:, outputs],
-            self.efforts.take(prescribed, 1),
-            self.coupling_moments,
-            self.cancellation,
-            self.closure_condition,
-            self.loop_error,
-            self.residuals,
-            self.influence,
-            self.indeterminate_couplings,
-        )
 
     def prove(self, positions: Array) -> None:
         """Refuse a solution whose residuals are too great.
@@ -262,6 +238,7 @@ class InverseDynamics:
         groups: Sequence[tuple[Group, bool]],
         known_bodies: Collection[int],
         decided: Array,
+        proven_flags: set[tuple[object, ...]],
     ) -> None:
         """Make the inverse dynamics.
 
@@ -271,6 +248,8 @@ class InverseDynamics:
             groups: these, and whether their forces are solved, too.
             known_bodies: bodies (0-based) on which every wrench is known.
             decided: velocity coordinates of the passive joints whose motion is solved.
+            proven_flags: flags that were proven of scenes with the same motion, and of which
+                wrenches these are; more are added to it.
         """
         self._problem = problem
         self._mechanism = mechanism = problem.mechanism
@@ -289,6 +268,7 @@ class InverseDynamics:
         self._claimed = sorted(indices, key=indices.__getitem__)
         self.claimed = sorted(indices.values())
         self._claimed_indices = consecutive(np.array(self.claimed, dtype=int))
+        self._proven_flags = proven_flags
         self._prescribed = problem.prescribed_columns
         scale = mechanism.coordinates.rate_scale
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
@@ -311,30 +291,32 @@ class InverseDynamics:
         """
         from ..proof.constraints import Motion
         from ..proof.free_bodies import FreeBodies, Setup
-        from ..proof.traced import Programs
 
         problem, mechanism = self._problem, self._mechanism
         known = np.zeros(mechanism.model.nv, dtype=bool)
         known[self._prescribed] = known[self._decided] = True
         motion = Motion(problem.independent, tuple(problem.held), known)
-        key = motion.drives, motion.held, known.tobytes(), *self._claimed
         return FreeBodies(
             mechanism.second_reading,
             mechanism.coordinates,
             mechanism.characteristic_length,
             Setup(motion, self._claimed, problem.elements, mechanism.zero),
-            mechanism.kept.of("programs of the proof", key, Programs),
+            mechanism.kept,
         )
 
     def prove_flags(self, solution: Solution) -> None:
         """Refuse a solution whose flags of uniqueness are contradicted by self-stresses.
 
+        Flags that were proven before are not proven again.
+
         Raises:
             AccuracyError: see `FreeBodies.prove_flags`.
         """
-        if self._claimed:
-            unique = solution.unique[self._claimed_indices]
+        unique = solution.unique[self._claimed_indices]
+        flags = unique.tobytes(), *self.claimed
+        if self.claimed and flags not in self._proven_flags:
             self.bodies.prove_flags(solution.x, unique, solution.closure_condition)
+            self._proven_flags.add(flags)
 
     def residuals(
         self,

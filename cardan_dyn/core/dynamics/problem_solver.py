@@ -162,10 +162,11 @@ class ProblemSolver(Frozen):
             self._made_by = _varied_solver, (like, varied)
         self._of_varied: dict[tuple[str, ...], ProblemSolver] = {}
         self._lock = threading.Lock()
+        self._proven_flags: set[tuple[object, ...]] = set()
         if like is not None and varied:
             self.assembly: Assembly = Assembly(problem, varied, like.assembly)
         elif like is not None and problem.moves_like(like.problem):
-            self.assembly = like.assembly
+            self.assembly, self._proven_flags = like.assembly, like._proven_flags
         else:
             self.assembly = Assembly(problem)
         self._freeze()
@@ -197,7 +198,8 @@ class ProblemSolver(Frozen):
 
         assembly = self.assembly
         bodies, decided = assembly.needed.known_bodies, assembly.decided
-        return InverseDynamics(self.problem, self._kinematics, self._groups, bodies, decided)
+        of_groups = self._kinematics, self._groups, bodies, decided
+        return InverseDynamics(self.problem, *of_groups, self._proven_flags)
 
     @cached_property
     def taped(self) -> TapedSolver:
@@ -233,7 +235,7 @@ class ProblemSolver(Frozen):
         solver = ProblemSolver.__new__(ProblemSolver)
         held = frozen({**self.problem.held, **positions})
         solver.problem, solver.varied = replace(self.problem, held=held), ()
-        solver._of_varied, solver._lock = {}, threading.Lock()
+        solver._of_varied, solver._lock, solver._proven_flags = {}, threading.Lock(), set()
         solver._made_by = _solver_at_design, (self, dict(positions))
         solver.assembly = self.assembly.at_design(positions)
         solver._freeze(_kinematics=self._kinematics, inverse_dynamics=self.inverse_dynamics)
@@ -557,8 +559,6 @@ class _Work:
             self._has_rates = False
         elif len(assembled.spans) > 1:
             self._has_rates = acting.has_rates
-        self._prescribed = solver.problem.prescribed_columns
-        self._outputs = solver.problem.output_indices
 
     def block(self, index: int) -> Solution:
         """Return what is kept of a block."""
@@ -580,8 +580,7 @@ class _Work:
             closing = guess.of_samples(samples), inputs.positions[samples]
             return solver.assembly.close(*closing, span.start)
 
-        solution = solver.taped.solution(dynamics, x, inputs, close)
-        return solution.reduced(self._outputs, self._prescribed)
+        return solver.taped.solution(dynamics, x, inputs, close)
 
     def all(self) -> Solution:
         """Return what is kept of all blocks, see `collected`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from itertools import chain, islice, pairwise
+from itertools import chain, islice
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..mechanics.elimination import MOST_GROWTH, Order
 from ..mechanics.placements import placed
 from ..mechanics.sample import Given, LinkForce, Roles, Solved, openings, solved
 from ..mechanics.vectors import ZERO, Rotation, Vector, times, turned
-from ..tape import Program, Scalar, Trace, absolute, greater, is_zero, select
+from ..tape import Program, Scalar, Trace, absolute, greater, is_zero, select, sqrt
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs
 
 _EXACT = float(np.sqrt(EPS))
@@ -104,9 +104,18 @@ class Prescribed:
 
 
 class Found(NamedTuple):
-    """What a tape finds of n samples.
+    """What a tape finds of n samples, and what it says of itself.
 
     Attributes:
+        rows: `(k, n)` all of it.
+        failure: `(n,)` the tape holds where it is at most 1: the greater of the instability, and of
+            Newton's last step and the closure error, beside rounding.
+        instability: `(n,)` of the elimination, and a guess that is far off; infinite where the tape
+            leaves out what acts.
+        left_out: `(n,)` zero where the tape considers all that acts.
+        unheld: `(n,)` number of a rod (from 1) that resists no moment, where one acts; else 0.
+        error: `(n,)` closure error, see `Sweep.loop_residual`.
+        condition: `(n,)` narrowness of the elimination, see `Eliminated`, or a condition number.
         x: `(n, size)` coordinates.
         v, a: velocities and accelerations `(n, nv)`.
         ratios: `(n, nv d)` velocity ratios.
@@ -114,10 +123,15 @@ class Found(NamedTuple):
         efforts: `(n, nv)` what drives and held joints exert.
         couplings: `(n, G)` moments.
         rests: `(n, G)` what is left of them beside those of teeth, see `Solved`.
-        error: `(n,)` closure error, see `Sweep.loop_residual`.
-        condition: `(n,)` narrowness of the elimination, see `Eliminated`, or a condition number.
     """
 
+    rows: Array
+    failure: Array
+    instability: Array
+    left_out: Array
+    unheld: Array
+    error: Array
+    condition: Array
     x: Array
     v: Array
     a: Array
@@ -126,33 +140,10 @@ class Found(NamedTuple):
     efforts: Array
     couplings: Array
     rests: Array
-    error: Array
-    condition: Array
 
-    def write(self, samples: Array, others: Sequence[Array]) -> None:
-        """Write what was found of some samples, by their indices, in the order of the fields."""
-        for own, other in zip(self, others, strict=True):
-            own[samples] = other
-
-
-class Judged(NamedTuple):
-    """What a tape says of itself at n samples. It holds where the first three are at most 1.
-
-    Attributes:
-        instability: `(n,)` of the elimination, and a guess that is far off; infinite where the tape
-            leaves out what acts.
-        inexactness: `(n,)` Newton's last step and the closure error, beside rounding.
-        left_out: `(n,)` zero where the tape considers all that acts.
-        unheld: `(n,)` number of a rod (from 1) that resists no moment, where one acts; else 0.
-        error, narrowness: `(n,)` see `Solved`.
-    """
-
-    instability: Array
-    inexactness: Array
-    left_out: Array
-    unheld: Array
-    error: Array
-    narrowness: Array
+    def write(self, samples: Array, others: Array) -> None:
+        """Write the rows of some samples, by their indices."""
+        self.rows[:, samples] = others
 
 
 class Equations:
@@ -161,9 +152,7 @@ class Equations:
     Attributes:
         tree, roles: the mechanism, and what its coordinates are.
         per_sample, uniform: columns of coordinates that differ between samples, and others.
-        wrenches: number of all wrenches.
-        spans: rows of results that hold each field of `Found` but for the last two, after those of
-            `Judged`.
+        wrenches, outputs: numbers of all wrenches, and of rows of results.
     """
 
     def __init__(
@@ -201,8 +190,12 @@ class Equations:
         rates, (_, forces, couplings) = len(tree.units), sizes
         self.wrenches = forces
         counts = [sizes[0], rates, rates, rates * len(roles.drives), 6 * forces, rates]
-        ends = np.cumsum([len(Judged._fields), *counts, couplings, couplings]).tolist()
-        self.spans = [slice(*ends_of) for ends_of in pairwise(ends)]
+        counts += couplings, couplings
+        singles = len(Found._fields) - 1 - len(counts)
+        ends = np.cumsum([singles, *counts]).tolist()
+        self.outputs = ends[-1]
+        places = *range(singles), *map(slice, ends, ends[1:])
+        self._places = [(slice(None), place) for place in places]
 
     def given(self, rows: Iterator[Scalar], x: Sequence[Scalar]) -> Given:
         """Return what is given at a sample.
@@ -248,13 +241,13 @@ class Equations:
         left_out: Scalar,
         rounding: float,
     ) -> list[Scalar]:
-        """Return what is found at a sample: rows of `Judged`, then those of `Found`.
+        """Return what is found at a sample, in the order of `Found`.
 
         Args:
             given: at the sample.
             x: coordinates.
             order: of the elimination.
-            left_out: see `Judged`.
+            left_out: see `Found`.
             rounding: error up to which loops count as closed, in units of the tree.
 
         Raises:
@@ -268,16 +261,14 @@ class Equations:
         for number, of_rod in enumerate(() if self._kind.moves_alone else found.unheld, 1):
             unheld = select(of_rod, float(number), unheld)
         unstable = select(unheld, np.inf, greater(unstable, found.step / _FAR))
+        unstable = select(left_out, np.inf, unstable)
         inexact = greater(error / rounding, found.turned / _SETTLED)
-        return [
-            select(left_out, np.inf, unstable),
-            greater(found.step / _EXACT, inexact),
-            *(left_out, unheld, error, found.narrowness),
-            *chain.from_iterable(self._quantities(found, x)),
-        ]
+        inexact = greater(found.step / _EXACT, inexact)
+        judged = greater(unstable, inexact), unstable, left_out, unheld, error, found.narrowness
+        return [*judged, *chain.from_iterable(self._quantities(found, x))]
 
     def _quantities(self, found: Solved, x: Sequence[Scalar]) -> Iterator[Iterable[Scalar]]:
-        """Yield the first fields of `Found` in SI units; forces are zero where none is wanted."""
+        """Yield quantities of `Found` in SI units; forces are zero where none is wanted."""
         tree, roles, wanted = self.tree, self.roles, self._wanted
         length, units, rates = tree.length, tree.units.tolist(), range(len(tree.units))
         closed = set(roles.columns(tree))
@@ -315,14 +306,13 @@ class Equations:
         farthest = max((np.abs(value).max() for point in points for value in point), default=0.0)
         return len(self.tree.bodies) * EPS * max(1.0, float(farthest))
 
-    def found(self, results: Array) -> tuple[Found, Judged]:
+    def found(self, rows: Array) -> Found:
         """Return rows of results `(k, n)` by their names."""
-        judged = Judged(*results[: len(Judged._fields)])
-        fields = (results[span].T for span in self.spans)
-        return Found._make([*fields, judged.error, judged.narrowness]), judged
+        samples = rows.T
+        return Found(rows, *[samples[place] for place in self._places])
 
     def shares(self, given: Given, order: Order) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
-        """Return shares of self-stresses in wrenches and couplings, by places in `Tape.openings`.
+        """Return shares of self-stresses in components of wrenches, and in couplings, by indices.
 
         What vanishes everywhere is left out.
 
@@ -389,7 +379,7 @@ class Tape:
                 x[column] = trace.input(f"x{column}", shadow, uniform=is_uniform)
         return equations.given(iter(every), x), x, left_out
 
-    def run(self, rows: Prescribed, x: Array) -> tuple[Found, Judged]:
+    def run(self, rows: Prescribed, x: Array) -> Found:
         """Solve n samples.
 
         Args:
@@ -407,32 +397,37 @@ class Tape:
             `(b, 6)` the greatest influence of self-stresses on each component, see
             `Solution.influence`; and the couplings (index) whose moments are not unique.
         """
-        program, places, couplings = self._opened
-        influence = np.zeros((self._equations.wrenches, 6))
-        if not program.outputs:
-            return influence, set()
+        program, couplings = self._opened
+        components = 6 * self._equations.wrenches
+        if program is None:
+            return np.zeros((self._equations.wrenches, 6)), set()
         shares = program.run_rows(self._with_x(rows, x), x.shape[1])
-        greatest = np.sqrt(np.abs(shares).max(axis=1))
-        influence.ravel()[places] = greatest[: len(places)]
-        open_ones = greatest[len(places) :] > UNIQUE_TOLERANCE
-        return influence, {
-            number for number, is_open in zip(couplings, open_ones, strict=True) if is_open
-        }
+        greatest = np.maximum.reduce(shares, 1)
+        of_couplings = zip(couplings, greatest[components:].tolist(), strict=True)
+        is_open = {number for number, share in of_couplings if share > UNIQUE_TOLERANCE}
+        return greatest[:components].reshape(-1, 6), is_open
 
     @cached_property
-    def _opened(self) -> tuple[Program, Array, list[int]]:
-        """What is open as a program; which components its outputs are, and then which couplings."""
+    def _opened(self) -> tuple[Program | None, list[int]]:
+        """Influences on all components, then on couplings, as a program; which couplings these are.
+
+        None where nothing is open.
+        """
         with Trace() as trace:
             wrenches, couplings = self._equations.shares(self._traced(trace)[0], self._order)
-            outputs = [*wrenches.values(), *couplings.values()]
+            every = [wrenches.get(index, 0.0) for index in range(6 * self._equations.wrenches)]
+            every += couplings.values()
             numbers = [self._equations.tree.couplings[index].number for index in couplings]
-            places = np.array([*wrenches], dtype=int)
-            return Program(trace, outputs, keeps_inputs=True), places, numbers
+            if not (wrenches or couplings):
+                return None, numbers
+            outputs = [sqrt(absolute(share)) for share in every]
+            return Program(trace, outputs, keeps_inputs=True), numbers
 
     def _with_x(self, rows: Prescribed, x: Array) -> list[Array]:
         """Return rows with those of coordinates `(size, n)` behind them."""
         equations = self._equations
-        return [*rows.parts, x[equations.per_sample], x[equations.uniform, :1]]
+        uniform = x[:, :1].take(equations.uniform, 0)
+        return [*rows.parts, x.take(equations.per_sample, 0), uniform]
 
 
 def _in_si(found: Solved, index: int, length: float) -> Iterator[Scalar]:

@@ -39,7 +39,7 @@ from ..mechanics.sample import Roles
 from ..mechanics.teeth import gears_of
 from ..problem.problem import Problem
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs, InverseDynamics, JointRates, Solution
-from .tape import SAMPLES, Equations, Found, Judged, Kind, LinkKind, Prescribed, Tape
+from .tape import SAMPLES, Equations, Found, Kind, LinkKind, Prescribed, Tape
 from .velocity_ratios import VelocityRatios
 
 _MOST_TAPES = 3
@@ -118,7 +118,7 @@ class TapedSolver:
         inputs: Inputs,
         close: Callable[[Array], ClosedState],
     ) -> Solution:
-        """Return the solution of samples with its residuals.
+        """Return what a sweep keeps of samples, and the residuals of all that is found.
 
         Args:
             dynamics: of the scene.
@@ -144,10 +144,9 @@ class TapedSolver:
             v=found.v,
             a=found.a,
             velocity_ratios=VelocityRatios.of(rates.velocity_ratios, dynamics.depends),
-            wrenches=wrenches,
-            efforts=found.efforts,
+            wrenches=wrenches[:, self._problem.output_indices],
+            efforts=found.efforts.take(self._problem.prescribed_columns, 1),
             coupling_moments=found.couplings,
-            cancellation=residuals.cancellation,
             # A copy, since it is kept longer than all that it is a row of.
             closure_condition=found.condition.copy(),
             loop_error=np.maximum(found.error, residuals.loop_error),
@@ -187,6 +186,7 @@ class TapedSolver:
             found, influence, loose = self._found(rows, inputs, pushed, close)
         for teeth in self._mechanism.teeth:
             if teeth.coupling in loose:
+                influence = influence.copy()
                 influence[[self._mechanism.wrench_indices[name] for name in teeth.joints]] = 1.0
         self._refuse_shared(found)
         if self._idle:
@@ -257,7 +257,7 @@ class TapedSolver:
         opened: list[tuple[Array, set[int]]] = []
         found, left = self._by_tapes(equations, kind, rows, x, every, None, opened)
         if found is None:
-            found, _ = equations.found(np.empty((equations.spans[-1].stop, count)))
+            found = equations.found(np.empty((equations.outputs, count)))
         if len(left):
             try:
                 state = close(left)
@@ -271,17 +271,17 @@ class TapedSolver:
                 told = alone[some(len(alone), SAMPLES)]
                 acting = np.ones(len(rows.acting()), dtype=bool)
                 for tape, own in self._own_tapes(equations, kind, closed, alone, acting):
-                    result, judged = tape.run(rows.of_lanes(own, count), closed[:, own])
-                    self._refuse_unheld(judged.unheld)
+                    result = tape.run(rows.of_lanes(own, count), closed[:, own])
+                    self._refuse_unheld(result.unheld)
+                    found.write(own, result.rows)
                     at = np.searchsorted(left, own)
-                    judged_by = state.residual[at], state.condition[at]
-                    found.write(own, result._replace(error=judged_by[0], condition=judged_by[1]))
+                    found.error[own], found.condition[own] = state.residual[at], state.condition[at]
                     if len(some_own := np.intersect1d(own, told)):
                         of = rows.of_lanes(some_own, count), closed[:, some_own]
                         opened.append(tape.openings(*of))
-        influence = self._silent.copy()
+        influence = self._silent
         for item, _ in opened:
-            np.maximum(influence, item, out=influence)
+            influence = np.maximum(influence, item)
         return found, influence, set().union(*(loose for _, loose in opened))
 
     def _by_tapes(
@@ -314,19 +314,19 @@ class TapedSolver:
             result = self._run(index, equations, kind, own, near)
             if result is None:
                 continue
-            tape, closed, judged = result
-            holds = _closed(tape, own, closed, judged)
+            tape, closed = result
+            holds = _closed(tape, own, closed)
             (lanes,) = holds.nonzero()
             if found is None:
                 found = closed
             else:
-                found.write(left[lanes], [values[lanes] for values in closed])
+                found.write(left[lanes], closed.rows.take(lanes, 1))
             if not opened and len(lanes):
-                at = closed.x
+                at = closed.x.T
                 if len(holds) > 1:  # Which a single sample would pay for.
                     lanes = lanes[some(len(lanes), SAMPLES)]
-                    own, at = own.of_lanes(lanes, len(holds)), at[lanes]
-                opened.append(tape.openings(own, at.T))
+                    own, at = own.of_lanes(lanes, len(holds)), at[:, lanes]
+                opened.append(tape.openings(own, at))
             left = left[~holds]
             if not len(left):
                 break
@@ -381,10 +381,16 @@ class TapedSolver:
 
     def _tree(self, factored: tuple[str, ...]) -> Tree:
         """Return the mechanism for tapes with factors on some links."""
-        if factored not in self._trees:
+
+        def made() -> Tree:
             tree = tree_of(self._mechanism, factored, *self._solved)
             tree = with_rods(tree, self._mechanism, self._groups)
-            self._trees[factored] = tree._replace(gears=gears_of(tree, self._mechanism))
+            return tree._replace(gears=gears_of(tree, self._mechanism))
+
+        if factored not in self._trees:
+            groups = tuple(group.key for group in self._groups)
+            key = factored, groups, frozenset(self._solved[-1])
+            self._trees[factored] = self._mechanism.kept.of("trees", key, made)
         return self._trees[factored]
 
     def _compliances(self) -> tuple[Compliance, ...]:
@@ -407,7 +413,7 @@ class TapedSolver:
 
     def _run(
         self, index: int, equations: Equations, kind: Kind, rows: Prescribed, x: Array
-    ) -> tuple[Tape, Found, Judged] | None:
+    ) -> tuple[Tape, Found] | None:
         """Return what the tape of an order (index) finds, which considers all that acts.
 
         None where no tape can have this order.
@@ -433,13 +439,13 @@ class TapedSolver:
         tape = tapes[index] if index in tapes else made(rows.acting())
         if tape is None:
             return None
-        found, judged = tape.run(rows, x)
-        if np.count_nonzero(judged.left_out):
+        found = tape.run(rows, x)
+        if np.count_nonzero(found.left_out):
             tape = made(rows.acting() | tape.acting)
             if tape is None:
                 return None
-            found, judged = tape.run(rows, x)
-        return tape, found, judged
+            found = tape.run(rows, x)
+        return tape, found
 
     def _kind(self, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool) -> Kind:
         """Return the kind of some samples."""
@@ -483,17 +489,17 @@ def _vectors(links: Sequence[LinkLoad]) -> list[tuple[Array, Array]]:
     return [(load.force, load.moment) for load in links if load.body >= 0]
 
 
-def _closed(tape: Tape, rows: Prescribed, found: Found, judged: Judged) -> Array:
+def _closed(tape: Tape, rows: Prescribed, found: Found) -> Array:
     """Return `(n,)` which samples a tape holds for, after further steps where these are needed."""
     # Comparisons with NaN say no.
-    is_exact = judged.inexactness <= 1.0
+    holds = found.failure <= 1.0
     for _ in range(_MOST_STEPS):
-        again = ((judged.instability <= 1.0) & ~is_exact).nonzero()[0]
+        if np.count_nonzero(holds) == len(holds):
+            break
+        (again,) = (~holds & (found.instability <= 1.0)).nonzero()
         if not len(again):
             break
-        others, rejudged = tape.run(rows.of_lanes(again, len(is_exact)), found.x[again].T)
-        found.write(again, others)
-        for values, new in zip(judged, rejudged, strict=True):
-            values[again] = new
-        is_exact = judged.inexactness <= 1.0
-    return np.asarray(is_exact & (judged.instability <= 1.0))
+        of_again = rows.of_lanes(again, len(holds)), found.x.T.take(again, 1)
+        found.write(again, tape.run(*of_again).rows)
+        holds = found.failure <= 1.0
+    return np.asarray(holds)

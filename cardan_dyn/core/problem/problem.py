@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import Array, consecutive
 from ...kit.errors import MobilityError, choices
 from ...kit.frozen import FrozenDict, Record, frozen, read_only
 from ..elements.link_loads import LinkLoad
@@ -200,11 +200,10 @@ class Problem(Record):
         return frozenset(bodies | {mechanism.link_frames[name][0] - 1 for name in links}) - {-1}
 
     @cached_property
-    def output_indices(self) -> list[int] | slice:
-        """Index of every output among all wrenches; a slice, which makes no copies, of all."""
+    def output_indices(self) -> Array | slice:
+        """Index of every output among all wrenches, see `consecutive`."""
         indices = [self.mechanism.wrench_indices[name] for name in self.outputs]
-        every = list(range(self.mechanism.wrench_count))
-        return slice(None) if indices == every else indices
+        return consecutive(np.array(indices, dtype=int))
 
 
 def _equal(first: object, second: object) -> bool:

@@ -21,6 +21,7 @@ import numpy as np
 from ...kit.arrays import Array
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.frames import Frames, RigidBody, merged
+from ..mechanism.kept import Kept
 from ..tape import Scalar, absolute, greater
 from .constraints import Constraints, Motion, prescribed_motions
 from .effort_balance import EffortBalance
@@ -107,7 +108,7 @@ class FreeBodies:
         coordinates: Coordinates,
         length: float,
         setup: Setup,
-        programs: Programs | None = None,
+        kept: Kept | None = None,
     ) -> None:
         """Cut the bodies free.
 
@@ -117,13 +118,17 @@ class FreeBodies:
             length: characteristic length, that forces are multiplied with to compare them with
                 moments [m].
             setup: what is prescribed and claimed.
-            programs: of the same but for elements, held positions and loads; none yet if None.
+            kept: of the description; nothing yet if None.
         """
-        self.frames = frames = Frames(description, coordinates)
-        self._screws = Screws(frames)
+        kept, motion = kept or Kept(), setup.motion
+        self._screws = kept.of(
+            "screws of the proof", None, lambda: Screws(Frames(description, coordinates))
+        )
+        self.frames = frames = self._screws.frames
         self._length = length
-        self._programs = Programs() if programs is None else programs
-        self._proven_flags: set[bytes] = set()
+        # The same for other elements, held positions and loads.
+        key = motion.drives, motion.held, motion.known.tobytes(), *setup.joints
+        self._programs = kept.of("programs of the proof", key, Programs)
         self.claimed = [frames.joints.index(name) for name in setup.joints]
         self._children = [frames.children[joint] for joint in self.claimed]
         self._parents = [frames.parents[joint] for joint in self.claimed]
@@ -180,8 +185,6 @@ class FreeBodies:
     def prove_flags(self, x: Array, unique: Array, condition: Array | float = 1.0) -> None:
         """Refuse flags of uniqueness that self-stresses contradict.
 
-        Flags that were proven before are not proven again.
-
         Args:
             x: `(N, size)` coordinates of the samples that they hold for.
             unique: `(J, 6)` which components of the claimed wrenches are flagged unique.
@@ -191,11 +194,8 @@ class FreeBodies:
             AccuracyError: a component flagged unique changes under a self-stress, or one flagged
                 not unique does not.
         """
-        flags = unique.tobytes()
-        if flags not in self._proven_flags:
-            greatest, silent = float(np.max(condition)), self._by_couplings[self.claimed]
-            prove_flags(self._stress, x, unique, self.claimed, greatest, silent)
-            self._proven_flags.add(flags)
+        greatest, silent = float(np.max(condition)), self._by_couplings[self.claimed]
+        prove_flags(self._stress, x, unique, self.claimed, greatest, silent)
 
     def check(self, claim: Claim) -> Residuals:
         """Return the residuals of a claim."""

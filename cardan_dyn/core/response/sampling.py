@@ -199,7 +199,6 @@ class FunctionSampler:
             wrenches=wrenches,
             efforts=of_joints[1],
             coupling_moments=of_joints[2],
-            cancellation=residuals.cancellation,
             closure_condition=columns.each(found.condition)[0],
             loop_error=np.maximum(columns.each(found.error)[0], residuals.loop_error),
             residuals=residuals,

@@ -71,7 +71,10 @@ def sweep_of(solver: ProblemSolver, assembled: AssembledPositions, acting: Actin
 
 def _condition(solver: ProblemSolver, assembled: AssembledPositions, solution: Solution) -> Array:
     magnification = solver.magnification_at(assembled, solution.x)
-    return (magnification * solution.cancellation).reshape(assembled.shape)
+    cancellation = solution.cancellation
+    if cancellation is None:
+        cancellation = solution.residuals.cancellation
+    return (magnification * cancellation).reshape(assembled.shape)
 
 
 def _solved_motion(

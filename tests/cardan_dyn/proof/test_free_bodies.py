@@ -398,15 +398,3 @@ def test_motions_of_slides_are_inertial_terms() -> None:
     np.testing.assert_allclose(
         residuals.inertia, MASS * (LENGTH * ACCELERATION + SPEED**2), rtol=1e-14
     )
-
-
-def test_flags_are_proven_once() -> None:
-    bodies, claim, _ = claimed(four_bar(), **RATES)
-    scene = four_bar()
-    sweep = scene.sweep(positions(scene), **RATES)
-    flags = np.array([sweep[bodies.frames.joints[index]].unique for index in bodies.claimed])
-    bodies.prove_flags(claim.x, flags)
-    # Coordinates that are not numbers cannot be decomposed, so they were not looked at again.
-    bodies.prove_flags(np.full_like(claim.x, np.nan), flags)
-    with pytest.raises((cd.AccuracyError, np.linalg.LinAlgError)):
-        bodies.prove_flags(np.full_like(claim.x, np.nan), ~flags)
