@@ -54,9 +54,9 @@ _MULTIBYTE = frozenset(
 )
 """Python's encodings of several bytes a letter that write ASCII as ASCII: expat knows UTF-8 by that
 name alone, and none of the others."""
-_BLANKS = re.compile(r"[ \t\r\n]+")
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-"""A decimal number as XML Schema has it."""
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_NUMBERS = re.compile(rf"[ \t\r\n]*{_NUMBER}(?:[ \t\r\n]+{_NUMBER})*[ \t\r\n]*")
+"""Decimal numbers as XML Schema has them, with blanks between and around them."""
 
 
 def check_size(links: int, where: str) -> None:
@@ -117,6 +117,12 @@ def _prolog(source: str | bytes) -> tuple[str, bool]:
 
     encoding, is_external = "utf-8", False
 
+    class Begun(Exception):
+        """The first element begins, so that all that comes before it is known."""
+
+    def begun(*_: object) -> None:
+        raise Begun
+
     def declaration(_version: str, declared: str | None, _standalone: int) -> None:
         nonlocal encoding
         encoding = declared or encoding
@@ -133,7 +139,10 @@ def _prolog(source: str | bytes) -> tuple[str, bool]:
     parser.XmlDeclHandler = declaration
     parser.StartDoctypeDeclHandler = doctype
     parser.EntityDeclHandler = entity
-    with suppress(expat.ExpatError, ValueError, LookupError):  # Whoever reads the elements tells.
+    parser.StartElementHandler = begun
+    with suppress(
+        Begun, expat.ExpatError, ValueError, LookupError
+    ):  # Whoever reads the elements tells.
         parser.Parse(source, True)
     return encoding, is_external
 
@@ -145,7 +154,7 @@ def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element
         ModelError: there are several, and it is open which of them counts.
     """
     children = element.findall(tag)
-    if len(children) > 1:
+    if children[1:]:
         word = tag.removeprefix("{*}")
         raise ModelError(f"{at}: there are {len(children)} <{word}> in <{element.tag}>; keep one")
     return children[0] if children else None
@@ -180,8 +189,7 @@ def armature_of(joint: ElementTree.Element, kind: str, at: str) -> tuple[float, 
     if stated is None:
         return ()
     at = f"{at}: dynamics armature"
-    values = _numbers(stated, len(_BLANKS.split(stated.strip(" \t\r\n"))), "", at)
-    return armature(values, kind, at)
+    return armature(_numbers(stated, len(stated.split()), "", at), kind, at)
 
 
 def armature(values: Sequence[float], kind: str, at: str) -> tuple[float, ...]:
@@ -287,16 +295,16 @@ def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
 
 def _numbers(text: str | None, count: int, default: str, at: str) -> list[float]:
     """Return what an attribute lists, see `numbers`; a description has hundreds of attributes."""
-    words = _BLANKS.split((default if text is None else text).strip(" \t\r\n"))
-    if len(words) != count or not all(map(_NUMBER.fullmatch, words)):
+    stated = default if text is None else text
+    values = list(map(float, stated.split())) if _NUMBERS.fullmatch(stated) else []
+    if len(values) != count:
         raise ModelError(f"{at}: {text!r} is not {count} finite number(s)")
-    values = [float(word) for word in words]
-    if not all(abs(value) <= GREATEST for value in values):
+    if max(map(abs, values)) > GREATEST:
         raise ModelError(
             f"{at}: {text!r} is beyond {GREATEST:.0e}; choose units in which numbers are not so "
             "far from 1"
         )
-    return [0.0 if abs(value) < _LEAST else value for value in values]
+    return [0.0 if -_LEAST < value < _LEAST else value for value in values]
 
 
 def words(values: Iterable[float]) -> str:
@@ -328,8 +336,10 @@ def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
     if origin.get("quat_xyzw") is not None:
         raise ModelError(f"{at}: origin quat_xyzw is not read; write rpy instead")
     result = np.eye(4)
-    result[:3, 3] = numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
-    result[:3, :3] = rotation(*_numbers(origin.get("rpy"), 3, "0 0 0", f"{at}: origin rpy"))
+    result[:3, 3] = _numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
+    angles = origin.get("rpy")
+    if angles is not None:
+        result[:3, :3] = rotation(*_numbers(angles, 3, "", f"{at}: origin rpy"))
     return result
 
 

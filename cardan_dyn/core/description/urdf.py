@@ -46,7 +46,7 @@ from .elements import (
 )
 from .left_out import dynamics_left_out, elements_left_out
 from .notations import agreed
-from .words import check_words, known_elements
+from .words import check_words
 
 _INERTIA_TOLERANCE = 1e-9
 """Violation of the triangle inequality, relative to the greatest principal moment, that rounding in
@@ -71,7 +71,6 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         ModelError: what is wrong, where, and the valid choices.
     """
     check_size(len(robot.findall("link")), where)
-    _check_namespaces(robot, where)
     unknown = check_words(robot, "urdf", where, strict)
     links, warnings = _links(robot, where, strict)
     # Thousands of joints ask whether a link exists: a dictionary answers without a search, and
@@ -124,28 +123,6 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         warnings=(*unknown, *warnings, *left_out),
         source=None if beside is None else SourceText("", path, beside.text),
     )
-
-
-def _check_namespaces(robot: ElementTree.Element, where: str) -> None:
-    """Refuse elements of URDF in a namespace, which would be passed over, and unprocessed xacro.
-
-    Extensions by other programs, in their own namespace or in none, are left alone.
-    """
-    read, waiting = known_elements("urdf"), [robot]
-    while waiting:
-        for element in waiting.pop():
-            if element.tag in read:
-                waiting.append(element)
-            space, _, name = element.tag.rpartition("}")
-            if "xacro" in space:
-                raise ModelError(
-                    f"{where}: <xacro:{name}> is to be processed first: xacro FILE > FILE.urdf"
-                )
-            if space and name in read:
-                raise ModelError(
-                    f"{where}: <{name}> stands in the namespace {space[1:]!r}, where no reader of "
-                    "URDF looks for it; take it out of there"
-                )
 
 
 def check_tree(links: list[str], joints: list[JointDescription], where: str) -> None:
