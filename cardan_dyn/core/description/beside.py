@@ -25,6 +25,7 @@ one directory above it, where the URDF is in a directory `urdf`, or in `config` 
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -116,19 +117,30 @@ def file_beside(robot: ElementTree.Element, where: str, path: Path, strict: bool
         ModelError: a file is malformed, names a frame, link or joint that does not exist, or there
             are two.
     """
+    folder = path.parent
+    places = [f"{folder}"]
+    if folder.name == "urdf":
+        places += [f"{folder.parent}", f"{folder.parent}/config"]
+    files = (
+        [f"{folder}/{path.stem}.yaml", f"{folder}/{path.stem}.yml"],
+        [f"{place}/{LOOP_CLOSURES}" for place in places],
+    )
+    # Most descriptions have none, and a path for each would take ten times as long.
+    existing = [next(filter(os.path.isfile, each), "") for each in files]
+    if not any(existing):
+        return None
     joints = set(names(robot, "joint", where))
-    named = gepetto(path, robot, joints, strict)
-    places = [path.parent]
-    if path.parent.name == "urdf":
-        places += [path.parent.parent, path.parent.parent / "config"]
-    files = (place / LOOP_CLOSURES for place in places)
-    file = next((file for file in files if file.is_file()), None)
-    found = None if file is None else _loop_closures(path, file, robot, joints, strict)
-    if named and found:
-        raise ModelError(
-            f"{where}: both {named.path} and {found.path} list its loops; keep one of them"
-        )
-    return named or found
+    readers = (gepetto, _loop_closures)
+    listed = [
+        reader(Path(file), robot, joints, strict)
+        for reader, file in zip(readers, existing, strict=True)
+        if file
+    ]
+    found = [item for item in listed if item is not None]
+    if len(found) > 1:
+        paths = " and ".join(str(item.path) for item in found)
+        raise ModelError(f"{where}: both {paths} list its loops; keep one of them")
+    return found[0] if found else None
 
 
 def yaml_content(text: str | bytes, where: str) -> YamlContent:
@@ -187,25 +199,21 @@ def unknown_joints(names: list[str], joints: set[str], where: str, strict: bool)
 
 
 def gepetto(
-    path: Path, robot: ElementTree.Element, joints: set[str], strict: bool = True
+    file: Path, robot: ElementTree.Element, joints: set[str], strict: bool = True
 ) -> Beside | None:
-    """Read Gepetto's YAML file of the same name beside a URDF, if there is one.
+    """Read Gepetto's YAML file of the same name beside a URDF; return None where it lists no loops.
 
     Args:
-        path: of the URDF.
-        robot: its outermost element.
+        file: the file.
+        robot: outermost element of the URDF.
         joints: names of its joints.
         strict: whether names of joints that do not exist are refused; else they are passed over.
 
     Raises:
         ModelError: the file is malformed, or names a frame or joint that does not exist.
     """
-    candidates = [path.with_suffix(suffix) for suffix in (".yaml", ".yml")]
-    existing = [candidate for candidate in candidates if candidate.is_file()]
-    if not existing:
-        return None
-    where = str(existing[0])
-    text = file_text(existing[0], where)
+    where = str(file)
+    text = file_text(file, where)
     content = yaml_content(text, where)
     unknown = unknown_keys(content, _GEPETTO_KEYS, where, strict)
     if "closed_loop" not in content:
@@ -217,8 +225,8 @@ def gepetto(
     named = [*motors, *joint_types]
     unknown += unknown_joints(named, joints, where, strict)
     return Beside(
-        path=existing[0],
-        notation=f"Gepetto {existing[0].name}",
+        path=file,
+        notation=f"Gepetto {file.name}",
         text=text,
         loops=loops,
         motors=tuple(name for name in motors if name in joints),
@@ -340,7 +348,7 @@ def _frames(robot: ElementTree.Element) -> dict[str, set[str]]:
 
 
 def _loop_closures(
-    path: Path, file: Path, robot: ElementTree.Element, joints: set[str], strict: bool
+    file: Path, robot: ElementTree.Element, joints: set[str], strict: bool
 ) -> Beside | None:
     """Read a file of loop closures; return None where it lists none."""
     where = str(file)
@@ -357,7 +365,7 @@ def _loop_closures(
         unknown = [link for link in _ends(entry, kind) if link not in at_zero]
         if unknown and strict:
             raise ModelError(
-                f"{where}: {name}: link {unknown[0]!r} does not exist in {path.name}; links: "
+                f"{where}: {name}: link {unknown[0]!r} does not exist in the URDF; links: "
                 f"{choices(at_zero, unknown[0])}; load(..., strict=False) passes the loop over"
             )
         if unknown:

@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ...kit.frozen import FrozenDict, Value
+from ...kit.frozen import FrozenDict, Value, read_only
 
 if TYPE_CHECKING:
     import pinocchio
 
+IDENTITY = read_only(np.eye(4))
+"""Placement `(4, 4)` in the same place."""
 ROUNDING = 1e-12
 """Displacement [rad, m] and closure error that is rounding."""
 PRESSURE_ANGLE = np.pi / 9.0
@@ -143,7 +145,7 @@ class JointDescription(Value):
     origin: np.ndarray
     axis: np.ndarray
     axis_2: np.ndarray
-    child_placement: np.ndarray = field(default_factory=lambda: np.eye(4))
+    child_placement: np.ndarray = field(default_factory=lambda: IDENTITY)
     limits: Limits = field(default_factory=Limits)
     adjustable: str = ""
     dynamics: Dynamics = field(default_factory=Dynamics)

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ...kit.errors import ModelError, choices
-from .description import TWO_AXES, Dynamics, LoopDescription, kinds_of
+from .description import IDENTITY, TWO_AXES, Dynamics, LoopDescription, kinds_of
 
 JOINT_TYPES = frozenset({"revolute", "continuous", "prismatic", "fixed", "planar", "floating"})
 """Types of tree joints that URDF has."""
@@ -117,11 +117,8 @@ def _prolog(source: str | bytes) -> tuple[str, bool]:
 
     encoding, is_external = "utf-8", False
 
-    class Begun(Exception):
-        """The first element begins, so that all that comes before it is known."""
-
     def begun(*_: object) -> None:
-        raise Begun
+        raise StopIteration  # All that comes before the first element is known.
 
     def declaration(_version: str, declared: str | None, _standalone: int) -> None:
         nonlocal encoding
@@ -140,9 +137,8 @@ def _prolog(source: str | bytes) -> tuple[str, bool]:
     parser.StartDoctypeDeclHandler = doctype
     parser.EntityDeclHandler = entity
     parser.StartElementHandler = begun
-    with suppress(
-        Begun, expat.ExpatError, ValueError, LookupError
-    ):  # Whoever reads the elements tells.
+    # Whoever reads the elements tells what is wrong.
+    with suppress(StopIteration, expat.ExpatError, ValueError, LookupError):
         parser.Parse(source, True)
     return encoding, is_external
 
@@ -294,17 +290,21 @@ def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
 
 
 def _numbers(text: str | None, count: int, default: str, at: str) -> list[float]:
-    """Return what an attribute lists, see `numbers`; a description has hundreds of attributes."""
+    """Return what an attribute lists, see `numbers`."""
     stated = default if text is None else text
-    values = list(map(float, stated.split())) if _NUMBERS.fullmatch(stated) else []
+    values = []
+    # Written with few calls: a description has hundreds of attributes.
+    for word in stated.split() if _NUMBERS.fullmatch(stated) else ():
+        value = float(word)
+        if not -GREATEST <= value <= GREATEST:
+            raise ModelError(
+                f"{at}: {text!r} is beyond {GREATEST:.0e}; choose units in which numbers are not "
+                "so far from 1"
+            )
+        values += [0.0 if -_LEAST < value < _LEAST else value]
     if len(values) != count:
         raise ModelError(f"{at}: {text!r} is not {count} finite number(s)")
-    if max(map(abs, values)) > GREATEST:
-        raise ModelError(
-            f"{at}: {text!r} is beyond {GREATEST:.0e}; choose units in which numbers are not so "
-            "far from 1"
-        )
-    return [0.0 if -_LEAST < value < _LEAST else value for value in values]
+    return values
 
 
 def words(values: Iterable[float]) -> str:
@@ -328,14 +328,14 @@ def at_point(point: np.ndarray) -> np.ndarray:
 def placement(element: ElementTree.Element, at: str) -> np.ndarray:
     """Return the `(4, 4)` placement of an element's <origin>; identity where it has none."""
     origin = only(element, "origin", at)
-    return np.eye(4) if origin is None else pose(origin, at)
+    return IDENTITY if origin is None else pose(origin, at)
 
 
 def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
     """Return the `(4, 4)` placement that an element's attributes xyz and rpy describe."""
     if origin.get("quat_xyzw") is not None:
         raise ModelError(f"{at}: origin quat_xyzw is not read; write rpy instead")
-    result = np.eye(4)
+    result = IDENTITY.copy()
     result[:3, 3] = _numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
     angles = origin.get("rpy")
     if angles is not None:
@@ -462,7 +462,7 @@ def loop(
 def _end(side: ElementTree.Element | None, at: str) -> np.ndarray:
     """Return the placement of a loop's frame in the link of a side."""
     if side is None:
-        return np.eye(4)
+        return IDENTITY
     # URDF+ has an <origin> in each side; Isaac writes its attributes on the side itself.
     if side.find("origin") is None:
         return pose(side, at)

@@ -172,9 +172,9 @@ def check_inertia(tensor: np.ndarray, at: str, strict: bool) -> str:
         ModelError: no body can have it, and `strict` refuses that; or it has no principal moments.
     """
     try:
-        if not np.all(np.isfinite(tensor)):
+        if not np.isfinite(tensor).all():
             raise ValueError("it is not finite")
-        small, middle, large = np.linalg.eigvalsh(tensor)
+        small, middle, large = np.linalg.eigvalsh(tensor).tolist()
     except ValueError as error:  # NumPy's LinAlgError is one of them.
         raise ModelError(f"{at}: the inertia has no principal moments ({error})") from error
     rounding = _INERTIA_TOLERANCE * abs(large)
