@@ -185,7 +185,7 @@ def armature_of(joint: ElementTree.Element, kind: str, at: str) -> tuple[float, 
     if stated is None:
         return ()
     at = f"{at}: dynamics armature"
-    return armature(_numbers(stated, len(stated.split()), "", at), kind, at)
+    return armature(_numbers(stated, max(len(stated.split()), 1), "", at), kind, at)
 
 
 def armature(values: Sequence[float], kind: str, at: str) -> tuple[float, ...]:
@@ -237,8 +237,8 @@ def check_unique(names: list[str], what: str, where: str) -> None:
     Raises:
         ModelError: which ones do; `what` says in the message of what kind they are.
     """
-    repeated = [name for name, count in Counter(names).items() if count > 1]
-    if repeated:
+    if len(set(names)) < len(names):
+        repeated = [name for name, count in Counter(names).items() if count > 1]
         raise ModelError(f"{where}: {what} names that occur twice: {choices(repeated)}")
 
 
@@ -389,12 +389,21 @@ def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndar
     if child is not None and child.get("xyz") is None:
         raise ModelError(f'{at}: <{tag}> has no xyz; write <{tag} xyz="0 0 1"/>, or leave it out')
     axis = numbers(None if child is None else child.get("xyz"), 3, "1 0 0", f"{at}: {tag} xyz")
-    length = float(np.linalg.norm(axis))
+    return direction(axis, f"{at}: the {tag}")
+
+
+def direction(axis: np.ndarray, at: str) -> np.ndarray:
+    """Return the `(3,)` unit vector of an axis.
+
+    Raises:
+        ModelError: it has none; `at` says in the message what it is.
+    """
+    length = math.sqrt(axis @ axis)
     # The squares of the components of shorter axes lose digits, and so does their direction.
     if length < 1.0 / GREATEST:
         raise ModelError(
-            f"{at}: the {tag} {axis.tolist()} has no direction; its length is to be 1 and may be "
-            f"from {1.0 / GREATEST:.0e} to {GREATEST:.0e}"
+            f"{at} {axis.tolist()} has no direction; its length is to be 1 and may be from "
+            f"{1.0 / GREATEST:.0e} to {GREATEST:.0e}"
         )
     return axis / length
 

@@ -30,7 +30,6 @@ from .kept import Kept
 from .tree import TreeBuilder, artificial_inertia, se3
 from .welds import (
     LEAST_LENGTH,
-    characteristic_length,
     coupling_of,
     greatest_length,
     shown,
@@ -122,7 +121,7 @@ class Mechanism(Frozen):
         """
         self.description = description
         self._base = base
-        self._remarks: tuple[str, ...] = ()
+        self._remarks: tuple[str, ...] = () if base is None else base._remarks
         self._variants: dict[tuple[frozenset[str], frozenset[str]], Mechanism] = {}
         self.kept = Kept()
         self.name = description.name
@@ -139,10 +138,15 @@ class Mechanism(Frozen):
         )
         self.teeth: tuple[Teeth, ...] = ()
         if any(item.mesh for item in description.couplings):
-            from .teeth import every_tooth  # Few mechanisms have gears.
+            from .teeth import teeth_of  # Few mechanisms have gears.
 
-            stated = zip(description.couplings, self.couplings, strict=True)
-            self.teeth = every_tooth(stated, self.model, self.joints)
+            self.teeth = tuple(
+                teeth_of(index, item.mesh, coupling, self.model, self.joints)
+                for index, (item, coupling) in enumerate(
+                    zip(description.couplings, self.couplings, strict=True)
+                )
+                if item.mesh is not None
+            )
         self.independent_joints = description.independent_joints
         self.auxiliary_bodies = tuple(
             loop.predecessor
@@ -153,12 +157,8 @@ class Mechanism(Frozen):
         self.constraint_models.extend([loop.constraint(self.model) for loop in self.loops])
         # Variants are compared by the same length, however their bodies are divided.
         self.characteristic_length: float = (
-            characteristic_length(self.model, self.loops)
-            if base is None
-            else base.characteristic_length
+            self._length() if base is None else base.characteristic_length
         )
-        if self.characteristic_length == 1.0:
-            self._check_lengths()
         for body in self.auxiliary_bodies:
             self.model.inertias[body] = artificial_inertia(description, self.characteristic_length)
         self.coordinates = Coordinates(
@@ -166,16 +166,22 @@ class Mechanism(Frozen):
         )
         self._freeze()
 
-    def _check_lengths(self) -> None:
-        """Accept what rounding leaves of zero where nothing but turns makes up the mechanism."""
+    def _length(self) -> float:
+        """Return the characteristic length; 1 m where there is none, as in a spherical linkage.
+
+        What rounding leaves of zero is accepted where nothing but turns makes up the mechanism.
+        """
         length = greatest_length(self.model, self.loops)
-        if not 0.0 < length < LEAST_LENGTH:
-            return
+        if length >= LEAST_LENGTH:
+            return length
+        if length == 0.0:
+            return 1.0
         what = f"{self.name}: the greatest length is {length:g} m"
         parts = (part for joint in self.joints.values() for part in joint.parts)
         if any(part.kind == "prismatic" for part in parts):
             raise ModelError(f"{what}; give lengths in metres, or zeros")
         self._remarks = (f"{what}, which counts as none; give lengths in metres",)
+        return 1.0
 
     def __reduce__(self) -> tuple[object, ...]:
         if self._base is not None:

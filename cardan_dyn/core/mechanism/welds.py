@@ -77,15 +77,6 @@ def weld(loop: LoopDescription, links: Mapping[str, tuple[int, pinocchio.SE3]], 
     return Loop(loop.name, predecessor, placement, successor, end, is_fixed=not joint)
 
 
-def characteristic_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
-    """Return the greatest distance that occurs within a body of the mechanism [m].
-
-    It is 1 m where there is none, as in a spherical linkage without mass.
-    """
-    longest = greatest_length(model, loops)
-    return longest if longest >= LEAST_LENGTH else 1.0
-
-
 def greatest_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
     """Return the greatest distance that occurs within a body of the mechanism [m], or zero.
 
