@@ -18,7 +18,7 @@ from testkit.drive_lines import two_lines
 from testkit.mixed_chain import link, rows
 
 import cardan_dyn as cd
-from cardan_dyn.core.mechanism.frames import Alike
+from cardan_dyn.core.mechanism.frames import Frames
 from cardan_dyn.core.results.point_motion import PointMotion
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
@@ -486,13 +486,13 @@ def test_only_the_joints_on_the_way_are_placed_some_samples_at_a_time(
 ) -> None:
     turn = four_bar().sweep(np.linspace(0.0, 6.0, 10_000), speed=3.0)
     placed: list[tuple[int, int]] = []
-    place = Alike.place
+    place = Frames.placed
 
-    def counted(alike: Alike, frames: np.ndarray, x: np.ndarray) -> None:
-        placed.extend((index, len(x)) for index in range(*alike.own.indices(10_000)))
-        place(alike, frames, x)
+    def counted(frames: Frames, x: np.ndarray, path: list[int]) -> np.ndarray:
+        placed.extend((index, len(x)) for index in path)
+        return place(frames, x, path)
 
-    monkeypatch.setattr(Alike, "place", counted)
+    monkeypatch.setattr(Frames, "placed", counted)
     crank = turn.point("crank", POINT)
     assert {index for index, _ in placed} == {0}
     assert sum(count for _, count in placed) == 10_000

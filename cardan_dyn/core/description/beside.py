@@ -25,18 +25,29 @@ one directory above it, where the URDF is in a directory `urdf`, or in `config` 
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
-from .description import LoopDescription
-from .elements import GREATEST, JOINT_TYPES, at_point, check_unique, file_text, names, placement
+from ...kit.frozen import FrozenDict
+from .description import LoopDescription, placed_links
+from .elements import (
+    GREATEST,
+    JOINT_TYPES,
+    at_point,
+    check_unique,
+    direction,
+    file_text,
+    names,
+    placement,
+)
 from .words import unknown_keys
 
 LOOP_CLOSURES = "loop_closures.yaml"
@@ -44,19 +55,20 @@ LOOP_CLOSURES = "loop_closures.yaml"
 GEPETTO_TYPES = {"6d": "fixed", "3d": "spherical"}
 """Gepetto's word for a closure to the type of the loop that it is."""
 _GEPETTO_KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
+_YAML = re.compile(r"\.ya?ml$")
 _UNIVERSAL = re.compile(r"ujoint_([xyz])([xyz])", re.IGNORECASE)
 """Gepetto's word for a universal joint, with the axes of its parent's and its child's side."""
 _READ_AHEAD = 100_000
 """Bytes of a file in which loops are looked for, so that no large file is read in vain."""
-_LISTS = ("closures", "pin_loops", "ball_loops")
-"""Keys of `loop_closures.yaml` that list loops."""
-_CLOSURE_KEYS = {
-    "": {*_LISTS, "dependent", "independent", "ball_upgrades", "ball_limit_deg", "actuated_joints"},
-    "closures": {"name", "link_a", "link_b", "point", "axis"},
-    "pin_loops": {"name", "parent", "child", "parent_xyz", "child_xyz", "axis"},
-    "ball_loops": {"name", "parent", "child", "parent_xyz", "child_xyz"},
+_PLACES = ("parent_xyz", "child_xyz")
+_LISTS = {
+    "closures": ("link_a", "link_b", "point", "axis"),
+    "pin_loops": ("parent", "child", *_PLACES, "axis"),
+    "ball_loops": ("parent", "child", *_PLACES),
 }
-"""Keys of that file, and of the entries of its lists, that are known."""
+"""Keys of `loop_closures.yaml` that list loops, and those of their entries, first of the links."""
+_JOINTS = ("dependent", "independent", "ball_upgrades", "actuated_joints")
+"""Keys of that file that list joints."""
 _PARALLEL = 1e-6
 """Greatest difference between the axes of two links that count as parallel: what angles written
 with six digits have."""
@@ -65,8 +77,7 @@ YamlContent = dict[object, object]
 _Entry = Mapping[object, object]
 
 
-@dataclass(frozen=True, eq=False)
-class ChangedType:
+class ChangedType(NamedTuple):
     """The type that a file beside a URDF gives to a joint.
 
     Attributes:
@@ -78,8 +89,7 @@ class ChangedType:
     axes: tuple[np.ndarray, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class Beside:
+class Beside(NamedTuple):
     """What a YAML file adds to a URDF.
 
     Attributes:
@@ -98,7 +108,7 @@ class Beside:
     text: str | bytes
     loops: tuple[LoopDescription, ...]
     motors: tuple[str, ...] = ()
-    joint_types: dict[str, ChangedType] = field(default_factory=dict)
+    joint_types: Mapping[str, ChangedType] = FrozenDict({})
     solved: frozenset[str] = frozenset()
     warnings: tuple[str, ...] = ()
 
@@ -116,19 +126,30 @@ def file_beside(robot: ElementTree.Element, where: str, path: Path, strict: bool
         ModelError: a file is malformed, names a frame, link or joint that does not exist, or there
             are two.
     """
+    folder = path.parent
+    places = [f"{folder}"]
+    if folder.name == "urdf":
+        places += [f"{folder.parent}", f"{folder.parent}/config"]
+    files = (
+        [f"{folder}/{path.stem}.yaml", f"{folder}/{path.stem}.yml"],
+        [f"{place}/{LOOP_CLOSURES}" for place in places],
+    )
+    # Most descriptions have none, and a path for each would take ten times as long.
+    existing = [next(filter(os.path.isfile, each), "") for each in files]
+    if not any(existing):
+        return None
     joints = set(names(robot, "joint", where))
-    named = gepetto(path, robot, joints, strict)
-    places = [path.parent]
-    if path.parent.name == "urdf":
-        places += [path.parent.parent, path.parent.parent / "config"]
-    files = (place / LOOP_CLOSURES for place in places)
-    file = next((file for file in files if file.is_file()), None)
-    found = None if file is None else _loop_closures(path, file, robot, joints, strict)
-    if named and found:
-        raise ModelError(
-            f"{where}: both {named.path} and {found.path} list its loops; keep one of them"
-        )
-    return named or found
+    readers = (gepetto, _loop_closures)
+    listed = [
+        reader(Path(file), robot, joints, strict)
+        for reader, file in zip(readers, existing, strict=True)
+        if file
+    ]
+    found = [item for item in listed if item is not None]
+    if len(found) > 1:
+        paths = " and ".join(str(item.path) for item in found)
+        raise ModelError(f"{where}: both {paths} list its loops; keep one of them")
+    return found[0] if found else None
 
 
 def yaml_content(text: str | bytes, where: str) -> YamlContent:
@@ -187,44 +208,51 @@ def unknown_joints(names: list[str], joints: set[str], where: str, strict: bool)
 
 
 def gepetto(
-    path: Path, robot: ElementTree.Element, joints: set[str], strict: bool = True
+    file: Path, robot: ElementTree.Element, joints: set[str], strict: bool = True
 ) -> Beside | None:
-    """Read Gepetto's YAML file of the same name beside a URDF, if there is one.
+    """Read Gepetto's YAML file of the same name beside a URDF; return None where it lists no loops.
 
     Args:
-        path: of the URDF.
-        robot: its outermost element.
+        file: the file.
+        robot: outermost element of the URDF.
         joints: names of its joints.
         strict: whether names of joints that do not exist are refused; else they are passed over.
 
     Raises:
         ModelError: the file is malformed, or names a frame or joint that does not exist.
     """
-    candidates = [path.with_suffix(suffix) for suffix in (".yaml", ".yml")]
-    existing = [candidate for candidate in candidates if candidate.is_file()]
-    if not existing:
-        return None
-    where = str(existing[0])
-    text = file_text(existing[0], where)
+    where = str(file)
+    text = file_text(file, where)
     content = yaml_content(text, where)
     unknown = unknown_keys(content, _GEPETTO_KEYS, where, strict)
     if "closed_loop" not in content:
         return None
     loops = _gepetto_loops(content, robot, where)
-    motors = list_of_names(content.get("name_mot", []), f"{where}: name_mot")
-    joint_types = _joint_types(content, where)
+    motors = _names_at(content, "name_mot", where)
+    changed, kinds = (_names_at(content, key, where) for key in ("joint_name", "joint_type"))
+    check_unique(changed, "joint_name", where)
     check_unique(motors, "name_mot", where)
-    named = [*motors, *joint_types]
-    unknown += unknown_joints(named, joints, where, strict)
+    if len(changed) != len(kinds):
+        raise ModelError(f"{where}: {len(changed)} joint_name but {len(kinds)} joint_type entries")
+    types = {
+        name: _changed_type(kind, f"{where}: joint_type")
+        for name, kind in zip(changed, kinds, strict=True)
+    }
+    unknown += unknown_joints([*motors, *changed], joints, where, strict)
     return Beside(
-        path=existing[0],
-        notation=f"Gepetto {existing[0].name}",
+        path=file,
+        notation=f"Gepetto {file.name}",
         text=text,
         loops=loops,
         motors=tuple(name for name in motors if name in joints),
-        joint_types={name: changed for name, changed in joint_types.items() if name in joints},
+        joint_types={name: types[name] for name in changed if name in joints},
         warnings=tuple(unknown),
     )
+
+
+def _names_at(content: YamlContent, key: str, where: str) -> list[str]:
+    """Return the names that a key of a file lists; none without it."""
+    return list_of_names(content.get(key) or [], f"{where}: {key}")
 
 
 def unread_files(path: Path) -> list[str]:
@@ -233,10 +261,14 @@ def unread_files(path: Path) -> list[str]:
     Args:
         path: of the URDF.
     """
+    try:
+        listed = os.listdir(path.parent)  # noqa: PTH208  # A path for each takes ten times as long.
+    except OSError:
+        return []
     return [
         f"{path}: {file.name} beside it lists loops and is not read, since it has another name; "
         f"rename it to {path.stem}.yaml if the loops are those of this URDF"
-        for file in sorted(path.parent.glob("*.y*ml"))
+        for file in map(path.with_name, sorted(filter(_YAML.search, listed)))
         if not file.with_suffix(".urdf").exists() and _lists_loops(file)
     ]
 
@@ -256,7 +288,7 @@ def _gepetto_loops(
     pairs = content["closed_loop"]
     if not isinstance(pairs, list):
         raise ModelError(f"{where}: closed_loop is not a list of pairs of names")
-    types = list_of_names(content.get("type", ["6d"] * len(pairs)), f"{where}: type")
+    types = _names_at(content, "type", where) if "type" in content else ["6d"] * len(pairs)
     if len(types) != len(pairs):
         raise ModelError(f"{where}: {len(pairs)} closed_loop but {len(types)} type entries")
     frames = _frames(robot)
@@ -266,19 +298,6 @@ def _gepetto_loops(
         )
         for count, (pair, kind) in enumerate(zip(pairs, types, strict=True), start=1)
     )
-
-
-def _joint_types(content: YamlContent, where: str) -> dict[str, ChangedType]:
-    """Return the joints to which a file gives another type than the URDF, and those types."""
-    names = list_of_names(content.get("joint_name", []), f"{where}: joint_name")
-    kinds = list_of_names(content.get("joint_type", []), f"{where}: joint_type")
-    check_unique(names, "joint_name", where)
-    if len(names) != len(kinds):
-        raise ModelError(f"{where}: {len(names)} joint_name but {len(kinds)} joint_type entries")
-    return {
-        name: _changed_type(kind, f"{where}: joint_type")
-        for name, kind in zip(names, kinds, strict=True)
-    }
 
 
 def _changed_type(word: str, at: str) -> ChangedType:
@@ -340,39 +359,35 @@ def _frames(robot: ElementTree.Element) -> dict[str, set[str]]:
 
 
 def _loop_closures(
-    path: Path, file: Path, robot: ElementTree.Element, joints: set[str], strict: bool
+    file: Path, robot: ElementTree.Element, joints: set[str], strict: bool
 ) -> Beside | None:
     """Read a file of loop closures; return None where it lists none."""
     where = str(file)
     text = file_text(file, where)
     content = yaml_content(text, where)
-    warnings = _unknown_closure_keys(content, where, strict)
-    if strict and not any(key in _CLOSURE_KEYS[""] for key in content):
-        raise ModelError(f"{where}: it lists no loops; keys: {choices(_CLOSURE_KEYS[''])}")
-    if not any(content.get(key) for key in _LISTS):
-        return None
-    at_zero = placements_at_zero(robot, where)
-    loops = []
-    for name, entry, kind in _entries(content, where):
-        unknown = [link for link in _ends(entry, kind) if link not in at_zero]
+    keys = {*_LISTS, *_JOINTS, "ball_limit_deg"}
+    warnings = unknown_keys(content, keys, where, strict)
+    if strict and keys.isdisjoint(content):
+        raise ModelError(f"{where}: it lists no loops; keys: {choices(keys)}")
+    at_zero, loops, entries = placements_at_zero(robot, where), [], _entries(content, where)
+    for _, entry, kind in entries:
+        warnings += unknown_keys(entry, ("name", *_LISTS[kind]), f"{where}: {kind}", strict)
+    for name, entry, kind in entries:
+        links = [str(entry.get(key, "")) for key in _LISTS[kind][:2]]
+        unknown = [link for link in links if link not in at_zero]
         if unknown and strict:
             raise ModelError(
-                f"{where}: {name}: link {unknown[0]!r} does not exist in {path.name}; links: "
+                f"{where}: {name}: link {unknown[0]!r} does not exist in the URDF; links: "
                 f"{choices(at_zero, unknown[0])}; load(..., strict=False) passes the loop over"
             )
         if unknown:
             warnings.append(f"{where}: {name}: no link {unknown[0]!r}; the loop was passed over")
         else:
-            loops.append(_closure(name, entry, kind, at_zero, f"{where}: {name}"))
-    named = {
-        key: list_of_names(content.get(key) or [], f"{where}: {key}")
-        for key in ("dependent", "independent", "ball_upgrades", "actuated_joints")
-    }
-    # Where all loops were passed over, nothing but their mimics decides these joints.
-    solved = frozenset(named["dependent"]) & joints if loops else frozenset()
-    every = [name for names in named.values() for name in names]
-    unknown_names = unknown_joints(every, joints, where, strict)
-    motors = [*named["independent"], *named["actuated_joints"]]
+            loops.append(_closure(name, entry, kind, links, at_zero, f"{where}: {name}"))
+    if not entries:
+        return None
+    solved, motors, balls, more = (_names_at(content, key, where) for key in _JOINTS)
+    unknown_names = unknown_joints([*solved, *motors, *balls, *more], joints, where, strict)
     if "ball_limit_deg" in content:
         warnings.append(f"{where}: ball_limit_deg left out: limits play no part")
     return Beside(
@@ -380,12 +395,11 @@ def _loop_closures(
         notation=LOOP_CLOSURES,
         text=text,
         loops=tuple(loops),
-        motors=tuple(name for name in dict.fromkeys(motors) if name in joints),
-        joint_types={
-            name: ChangedType("spherical") for name in named["ball_upgrades"] if name in joints
-        },
-        solved=solved,
-        warnings=(*warnings, *unknown_names),
+        motors=tuple(name for name in dict.fromkeys([*motors, *more]) if name in joints),
+        joint_types={name: ChangedType("spherical") for name in balls if name in joints},
+        # Where all loops were passed over, nothing but their mimics decides these joints.
+        solved=frozenset(solved) & joints if loops else frozenset(),
+        warnings=(*dict.fromkeys(warnings), *unknown_names),
     )
 
 
@@ -395,28 +409,13 @@ def placements_at_zero(robot: ElementTree.Element, where: str) -> dict[str, Arra
     Links that no chain of joints connects to a root, which the check of the tree refuses later, are
     at the root.
     """
-    children: dict[str, list[tuple[str, Array]]] = {}
-    carried = set()
+    joints = []
     for joint in robot.findall("joint"):
-        parent, child = joint.find("parent"), joint.find("child")
-        if parent is None or child is None:
-            continue  # The reader of joints says what is missing.
-        origin = placement(joint, f"{where}: joint {joint.get('name')!r}")
-        children.setdefault(parent.get("link", ""), []).append((child.get("link", ""), origin))
-        carried.add(child.get("link", ""))
-    placed = {
-        link.get("name", ""): np.eye(4)
-        for link in robot.findall("link")
-        if link.get("name") not in carried
-    }
-    waiting = list(placed)
-    while waiting:
-        parent_link = waiting.pop()
-        for link, origin in children.get(parent_link, []):
-            if link not in placed:
-                placed[link] = placed[parent_link] @ origin
-                waiting.append(link)
-    return {link.get("name", ""): np.eye(4) for link in robot.findall("link")} | placed
+        ends = [joint.find(tag) for tag in ("parent", "child")]
+        # The reader of joints says what is missing.
+        parent, child = ("" if end is None else end.get("link", "") for end in ends)
+        joints.append((parent, child, placement(joint, f"{where}: joint {joint.get('name')!r}")))
+    return placed_links([link.get("name", "") for link in robot.findall("link")], joints)
 
 
 def _entries(content: YamlContent, where: str) -> list[tuple[str, _Entry, str]]:
@@ -434,32 +433,20 @@ def _entries(content: YamlContent, where: str) -> list[tuple[str, _Entry, str]]:
     return result
 
 
-def _unknown_closure_keys(content: YamlContent, where: str, strict: bool) -> list[str]:
-    warnings = unknown_keys(content, _CLOSURE_KEYS[""], where, strict)
-    for _, entry, kind in _entries(content, where):
-        warnings += unknown_keys(entry, _CLOSURE_KEYS[kind], f"{where}: {kind}", strict)
-    return list(dict.fromkeys(warnings))
-
-
-def _ends(entry: _Entry, kind: str) -> list[str]:
-    """Return the links that an entry names, empty where it names none."""
-    keys = ("link_a", "link_b") if kind == "closures" else ("parent", "child")
-    return [str(entry.get(key, "")) for key in keys]
-
-
 def _closure(
-    name: str, entry: _Entry, kind: str, at_zero: Mapping[str, Array], at: str
+    name: str, entry: _Entry, kind: str, links: list[str], at_zero: Mapping[str, Array], at: str
 ) -> LoopDescription:
-    links = _ends(entry, kind)
     first, second = links
     if first == second:
         raise ModelError(f"{at}: both links are {first!r}")
-    axis = np.array([1.0, 0.0, 0.0]) if kind == "ball_loops" else _axis(entry, at)
+    axis = np.array([1.0, 0.0, 0.0])
+    if kind != "ball_loops":
+        axis = direction(_vector(entry, "axis", at), f"{at}: the axis")
     if kind == "closures":
         point = at_point(_vector(entry, "point", at))
         ends = [np.linalg.solve(at_zero[link], point) for link in links]
     else:
-        ends = [at_point(_vector(entry, key, at)) for key in ("parent_xyz", "child_xyz")]
+        ends = [at_point(_vector(entry, key, at)) for key in _PLACES]
     turned = at_zero[first][:3, :3] - at_zero[second][:3, :3]
     if kind == "pin_loops" and np.max(np.abs(turned)) > _PARALLEL:
         raise ModelError(
@@ -468,14 +455,6 @@ def _closure(
         )
     loop_type = "spherical" if kind == "ball_loops" else "revolute"
     return LoopDescription(name, loop_type, first, second, ends[0], ends[1], axis, axis)
-
-
-def _axis(entry: _Entry, at: str) -> Array:
-    axis = _vector(entry, "axis", at)
-    length = float(np.linalg.norm(axis))
-    if length < 1.0 / GREATEST:
-        raise ModelError(f"{at}: the axis {axis.tolist()} has no direction")
-    return axis / length
 
 
 def _vector(entry: _Entry, key: str, at: str) -> Array:

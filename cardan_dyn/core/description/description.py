@@ -6,18 +6,21 @@ whatever notation they were read from: `==` compares contents, arrays included, 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ...kit.frozen import FrozenDict, Value
+from ...kit.frozen import FrozenDict, Value, read_only
 
 if TYPE_CHECKING:
     import pinocchio
 
+IDENTITY = read_only(np.eye(4))
+"""Placement `(4, 4)` in the same place."""
 ROUNDING = 1e-12
 """Displacement [rad, m] and closure error that is rounding."""
 PRESSURE_ANGLE = np.pi / 9.0
@@ -143,7 +146,7 @@ class JointDescription(Value):
     origin: np.ndarray
     axis: np.ndarray
     axis_2: np.ndarray
-    child_placement: np.ndarray = field(default_factory=lambda: np.eye(4))
+    child_placement: np.ndarray = field(default_factory=lambda: IDENTITY)
     limits: Limits = field(default_factory=Limits)
     adjustable: str = ""
     dynamics: Dynamics = field(default_factory=Dynamics)
@@ -433,7 +436,7 @@ class Description(Value):
         """Its text and file, where it was read from one."""
         return self.source if isinstance(self.source, SourceText) else None
 
-    @property
+    @cached_property
     def root(self) -> str:
         """Name of the link that stands in the world."""
         children = {joint.child for joint in self.joints}
@@ -470,6 +473,32 @@ class Description(Value):
             if rows:
                 lines += [f"{title}:", *_aligned(rows)]
         return "\n".join(lines)
+
+
+def placed_links(
+    links: Iterable[str], joints: Iterable[tuple[str, str, np.ndarray]]
+) -> dict[str, np.ndarray]:
+    """Return the `(4, 4)` placements of links in the root, with every joint at zero.
+
+    Links that no chain of joints connects to a root are at the root.
+
+    Args:
+        links: names of all of them.
+        joints: of each, the names of parent and child, and the child's `(4, 4)` placement there.
+    """
+    placed = dict.fromkeys(links, IDENTITY)
+    children: dict[str, list[tuple[str, np.ndarray]]] = {link: [] for link in placed}
+    carried = set()
+    for parent, child, placement in joints:
+        children.setdefault(parent, []).append((child, placement))
+        carried.add(child)
+    waiting = [link for link in placed if link not in carried]
+    while waiting:
+        parent = waiting.pop()
+        for child, placement in children.pop(parent, []):
+            placed[child] = placed[parent] @ placement
+            waiting.append(child)
+    return placed
 
 
 def elementary(

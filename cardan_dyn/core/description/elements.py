@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ...kit.errors import ModelError, choices
-from .description import TWO_AXES, Dynamics, LoopDescription, kinds_of
+from .description import IDENTITY, TWO_AXES, Dynamics, LoopDescription, kinds_of
 
 JOINT_TYPES = frozenset({"revolute", "continuous", "prismatic", "fixed", "planar", "floating"})
 """Types of tree joints that URDF has."""
@@ -54,9 +54,9 @@ _MULTIBYTE = frozenset(
 )
 """Python's encodings of several bytes a letter that write ASCII as ASCII: expat knows UTF-8 by that
 name alone, and none of the others."""
-_BLANKS = re.compile(r"[ \t\r\n]+")
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-"""A decimal number as XML Schema has it."""
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_NUMBERS = re.compile(rf"[ \t\r\n]*{_NUMBER}(?:[ \t\r\n]+{_NUMBER})*[ \t\r\n]*")
+"""Decimal numbers as XML Schema has them, with blanks between and around them."""
 
 
 def check_size(links: int, where: str) -> None:
@@ -117,6 +117,9 @@ def _prolog(source: str | bytes) -> tuple[str, bool]:
 
     encoding, is_external = "utf-8", False
 
+    def begun(*_: object) -> None:
+        raise StopIteration  # All that comes before the first element is known.
+
     def declaration(_version: str, declared: str | None, _standalone: int) -> None:
         nonlocal encoding
         encoding = declared or encoding
@@ -133,7 +136,9 @@ def _prolog(source: str | bytes) -> tuple[str, bool]:
     parser.XmlDeclHandler = declaration
     parser.StartDoctypeDeclHandler = doctype
     parser.EntityDeclHandler = entity
-    with suppress(expat.ExpatError, ValueError, LookupError):  # Whoever reads the elements tells.
+    parser.StartElementHandler = begun
+    # Whoever reads the elements tells what is wrong.
+    with suppress(StopIteration, expat.ExpatError, ValueError, LookupError):
         parser.Parse(source, True)
     return encoding, is_external
 
@@ -145,7 +150,7 @@ def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element
         ModelError: there are several, and it is open which of them counts.
     """
     children = element.findall(tag)
-    if len(children) > 1:
+    if children[1:]:
         word = tag.removeprefix("{*}")
         raise ModelError(f"{at}: there are {len(children)} <{word}> in <{element.tag}>; keep one")
     return children[0] if children else None
@@ -180,8 +185,7 @@ def armature_of(joint: ElementTree.Element, kind: str, at: str) -> tuple[float, 
     if stated is None:
         return ()
     at = f"{at}: dynamics armature"
-    values = _numbers(stated, len(_BLANKS.split(stated.strip(" \t\r\n"))), "", at)
-    return armature(values, kind, at)
+    return armature(_numbers(stated, max(len(stated.split()), 1), "", at), kind, at)
 
 
 def armature(values: Sequence[float], kind: str, at: str) -> tuple[float, ...]:
@@ -233,8 +237,8 @@ def check_unique(names: list[str], what: str, where: str) -> None:
     Raises:
         ModelError: which ones do; `what` says in the message of what kind they are.
     """
-    repeated = [name for name, count in Counter(names).items() if count > 1]
-    if repeated:
+    if len(set(names)) < len(names):
+        repeated = [name for name, count in Counter(names).items() if count > 1]
         raise ModelError(f"{where}: {what} names that occur twice: {choices(repeated)}")
 
 
@@ -286,17 +290,21 @@ def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
 
 
 def _numbers(text: str | None, count: int, default: str, at: str) -> list[float]:
-    """Return what an attribute lists, see `numbers`; a description has hundreds of attributes."""
-    words = _BLANKS.split((default if text is None else text).strip(" \t\r\n"))
-    if len(words) != count or not all(map(_NUMBER.fullmatch, words)):
+    """Return what an attribute lists, see `numbers`."""
+    stated = default if text is None else text
+    values = []
+    # Written with few calls: a description has hundreds of attributes.
+    for word in stated.split() if _NUMBERS.fullmatch(stated) else ():
+        value = float(word)
+        if not -GREATEST <= value <= GREATEST:
+            raise ModelError(
+                f"{at}: {text!r} is beyond {GREATEST:.0e}; choose units in which numbers are not "
+                "so far from 1"
+            )
+        values += [0.0 if -_LEAST < value < _LEAST else value]
+    if len(values) != count:
         raise ModelError(f"{at}: {text!r} is not {count} finite number(s)")
-    values = [float(word) for word in words]
-    if not all(abs(value) <= GREATEST for value in values):
-        raise ModelError(
-            f"{at}: {text!r} is beyond {GREATEST:.0e}; choose units in which numbers are not so "
-            "far from 1"
-        )
-    return [0.0 if abs(value) < _LEAST else value for value in values]
+    return values
 
 
 def words(values: Iterable[float]) -> str:
@@ -320,16 +328,18 @@ def at_point(point: np.ndarray) -> np.ndarray:
 def placement(element: ElementTree.Element, at: str) -> np.ndarray:
     """Return the `(4, 4)` placement of an element's <origin>; identity where it has none."""
     origin = only(element, "origin", at)
-    return np.eye(4) if origin is None else pose(origin, at)
+    return IDENTITY if origin is None else pose(origin, at)
 
 
 def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
     """Return the `(4, 4)` placement that an element's attributes xyz and rpy describe."""
     if origin.get("quat_xyzw") is not None:
         raise ModelError(f"{at}: origin quat_xyzw is not read; write rpy instead")
-    result = np.eye(4)
-    result[:3, 3] = numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
-    result[:3, :3] = rotation(*_numbers(origin.get("rpy"), 3, "0 0 0", f"{at}: origin rpy"))
+    result = IDENTITY.copy()
+    result[:3, 3] = _numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
+    angles = origin.get("rpy")
+    if angles is not None:
+        result[:3, :3] = rotation(*_numbers(angles, 3, "", f"{at}: origin rpy"))
     return result
 
 
@@ -379,12 +389,21 @@ def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndar
     if child is not None and child.get("xyz") is None:
         raise ModelError(f'{at}: <{tag}> has no xyz; write <{tag} xyz="0 0 1"/>, or leave it out')
     axis = numbers(None if child is None else child.get("xyz"), 3, "1 0 0", f"{at}: {tag} xyz")
-    length = float(np.linalg.norm(axis))
+    return direction(axis, f"{at}: the {tag}")
+
+
+def direction(axis: np.ndarray, at: str) -> np.ndarray:
+    """Return the `(3,)` unit vector of an axis.
+
+    Raises:
+        ModelError: it has none; `at` says in the message what it is.
+    """
+    length = math.sqrt(axis @ axis)
     # The squares of the components of shorter axes lose digits, and so does their direction.
     if length < 1.0 / GREATEST:
         raise ModelError(
-            f"{at}: the {tag} {axis.tolist()} has no direction; its length is to be 1 and may be "
-            f"from {1.0 / GREATEST:.0e} to {GREATEST:.0e}"
+            f"{at} {axis.tolist()} has no direction; its length is to be 1 and may be from "
+            f"{1.0 / GREATEST:.0e} to {GREATEST:.0e}"
         )
     return axis / length
 
@@ -452,7 +471,7 @@ def loop(
 def _end(side: ElementTree.Element | None, at: str) -> np.ndarray:
     """Return the placement of a loop's frame in the link of a side."""
     if side is None:
-        return np.eye(4)
+        return IDENTITY
     # URDF+ has an <origin> in each side; Isaac writes its attributes on the side itself.
     if side.find("origin") is None:
         return pose(side, at)

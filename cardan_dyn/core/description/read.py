@@ -33,8 +33,7 @@ def bundled_directory() -> Path:
 
 def bundled_names() -> list[str]:
     """Return the names of the bundled descriptions that `load` accepts."""
-    files = os.listdir(bundled_directory())  # noqa: PTH208  # A path for each takes ten times as long.
-    return sorted(name.removesuffix(".urdf") for name in files if name.endswith(".urdf"))
+    return sorted(path.stem for path in bundled_directory().glob("*.urdf"))
 
 
 def read(
@@ -120,8 +119,9 @@ def _name(source: object) -> str:
 
 
 def _find(name: str) -> Path:
-    if name in bundled_names():
-        return bundled_directory() / f"{name}.urdf"
+    bundled = bundled_directory()
+    if f"{name}.urdf" in os.listdir(bundled):  # noqa: PTH208  # A path for each takes ten times as long.
+        return bundled / f"{name}.urdf"
     path = Path(name)
     try:
         exists = path.is_file()

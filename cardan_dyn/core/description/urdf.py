@@ -46,7 +46,7 @@ from .elements import (
 )
 from .left_out import dynamics_left_out, elements_left_out
 from .notations import agreed
-from .words import check_words, known_elements
+from .words import check_words
 
 _INERTIA_TOLERANCE = 1e-9
 """Violation of the triangle inequality, relative to the greatest principal moment, that rounding in
@@ -71,9 +71,13 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         ModelError: what is wrong, where, and the valid choices.
     """
     check_size(len(robot.findall("link")), where)
-    _check_namespaces(robot, where)
     unknown = check_words(robot, "urdf", where, strict)
-    links, warnings = _links(robot, where, strict)
+    if not names(robot, "link", where):
+        raise ModelError(f"{where}: there is no <link>")
+    links, noted = zip(
+        *(_link(element, where, strict) for element in robot.findall("link")), strict=True
+    )
+    warnings = filter(None, noted)
     # Thousands of joints ask whether a link exists: a dictionary answers without a search, and
     # keeps the links in file order.
     link_names = dict.fromkeys(link.name for link in links)
@@ -114,7 +118,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     check_tree(list(link_names), joints, where)
     return Description(
         name=robot.get("name") or "mechanism",
-        links=tuple(links),
+        links=links,
         joints=tuple(joints),
         order=tuple(sorted(joint.name for joint in joints)),
         loops=loops,
@@ -124,28 +128,6 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         warnings=(*unknown, *warnings, *left_out),
         source=None if beside is None else SourceText("", path, beside.text),
     )
-
-
-def _check_namespaces(robot: ElementTree.Element, where: str) -> None:
-    """Refuse elements of URDF in a namespace, which would be passed over, and unprocessed xacro.
-
-    Extensions by other programs, in their own namespace or in none, are left alone.
-    """
-    read, waiting = known_elements("urdf"), [robot]
-    while waiting:
-        for element in waiting.pop():
-            if element.tag in read:
-                waiting.append(element)
-            space, _, name = element.tag.rpartition("}")
-            if "xacro" in space:
-                raise ModelError(
-                    f"{where}: <xacro:{name}> is to be processed first: xacro FILE > FILE.urdf"
-                )
-            if space and name in read:
-                raise ModelError(
-                    f"{where}: <{name}> stands in the namespace {space[1:]!r}, where no reader of "
-                    "URDF looks for it; take it out of there"
-                )
 
 
 def check_tree(links: list[str], joints: list[JointDescription], where: str) -> None:
@@ -195,9 +177,9 @@ def check_inertia(tensor: np.ndarray, at: str, strict: bool) -> str:
         ModelError: no body can have it, and `strict` refuses that; or it has no principal moments.
     """
     try:
-        if not np.all(np.isfinite(tensor)):
+        if not np.isfinite(tensor).all():
             raise ValueError("it is not finite")
-        small, middle, large = np.linalg.eigvalsh(tensor)
+        small, middle, large = np.linalg.eigvalsh(tensor).tolist()
     except ValueError as error:  # NumPy's LinAlgError is one of them.
         raise ModelError(f"{at}: the inertia has no principal moments ({error})") from error
     rounding = _INERTIA_TOLERANCE * abs(large)
@@ -212,20 +194,6 @@ def check_inertia(tensor: np.ndarray, at: str, strict: bool) -> str:
     if fault and strict:
         raise ModelError(f"{fault}; load(..., strict=False) accepts it")
     return fault
-
-
-def _links(
-    robot: ElementTree.Element, where: str, strict: bool
-) -> tuple[list[LinkDescription], list[str]]:
-    if not names(robot, "link", where):
-        raise ModelError(f"{where}: there is no <link>")
-    links, warnings = [], []
-    for element in robot.findall("link"):
-        link, warning = _link(element, where, strict)
-        links.append(link)
-        if warning:
-            warnings.append(warning)
-    return links, warnings
 
 
 def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkDescription, str]:
@@ -246,9 +214,9 @@ def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkD
             f"{at}: mass {mass:g} kg is not positive; a massless link has no <inertial>"
             + ("; load(..., strict=False) takes zero for that" if mass == 0.0 else "")
         )
-    moments = (
+    moments = [
         number(inertia_element.get(moment), "0", f"{at}: inertia {moment}") for moment in MOMENTS
-    )
+    ]
     tensor = tensor_of(*moments)
     warning = check_inertia(tensor, at, strict)
     rotation = frame[:3, :3]
@@ -305,24 +273,28 @@ def _limits(element: ElementTree.Element, kind: str, at: str) -> Limits:
     limit = only(element, "limit", at)
     if limit is None:
         return Limits()
-    velocity, effort = _limit(limit, "velocity", at), _limit(limit, "effort", at)
-    if kind == "continuous":
-        return Limits(velocity=velocity, effort=effort)
-    return Limits(_limit(limit, "lower", at), _limit(limit, "upper", at), velocity, effort)
-
-
-def _limit(element: ElementTree.Element, name: str, at: str) -> float:
-    """Return a limit of a joint; infinite where it says so."""
-    text = element.get(name)
-    if text == _UNLIMITED[name]:
-        return float(text)
-    return number(text, "0", f"{at}: limit {name}")
+    values = {}
+    for name in ("velocity", "effort") if kind == "continuous" else _UNLIMITED:
+        text = limit.get(name)
+        if text == _UNLIMITED[name]:
+            values[name] = float(text)
+        else:
+            values[name] = number(text, "0", f"{at}: limit {name}")
+    return Limits(**values)
 
 
 def _independent(robot: ElementTree.Element, where: str) -> tuple[str, ...]:
-    return tuple(
-        name_of(joint, where) for joint in robot.findall("joint") if _is_independent(joint, where)
-    )
+    driven = []
+    for joint in robot.findall("joint"):
+        value = joint.get("independent", "false").lower()
+        if value not in ("true", "false"):
+            raise ModelError(
+                f"{where}: joint {joint.get('name')!r}: independent is {value!r}, expected true or "
+                "false"
+            )
+        if value == "true":
+            driven.append(name_of(joint, where))
+    return tuple(driven)
 
 
 def _motors(robot: ElementTree.Element) -> tuple[str, ...]:
@@ -330,24 +302,12 @@ def _motors(robot: ElementTree.Element) -> tuple[str, ...]:
 
     Joints of the latter that only states are read of have no motor.
     """
-    moving = [*robot.findall("transmission"), *robot.findall("ros2_control")]
-    driven = [
-        joint
-        for element in moving
-        for joint in element.findall("joint")
-        if element.tag == "transmission" or joint.find("command_interface") is not None
-    ]
-    return tuple(dict.fromkeys(joint.get("name", "") for joint in driven))
-
-
-def _is_independent(joint: ElementTree.Element, where: str) -> bool:
-    value = joint.get("independent", "false").lower()
-    if value not in ("true", "false"):
-        raise ModelError(
-            f"{where}: joint {joint.get('name')!r}: independent is {value!r}, "
-            "expected true or false"
-        )
-    return value == "true"
+    driven = (
+        joint.get("name", "")
+        for path in ("transmission/joint", "ros2_control/joint[command_interface]")
+        for joint in robot.iterfind(path)
+    )
+    return tuple(dict.fromkeys(driven))
 
 
 def coupling(

@@ -2,8 +2,8 @@
 
 A misspelled word would be passed over without a message, and the mechanism would be another one: a
 loop left open, an axis along x. `words.json` lists the words of each notation by the element that
-they stand in; `parent/element` is an element in one parent alone. Elements that it does not list
-are not looked into; of those that have no list of one kind, anything of that kind is passed over.
+they stand in. Elements that it does not list are not looked into; of those that have no list of one
+kind, anything of that kind is passed over.
 
 The words of SDF are those of SDFormat 1.12 and what versions from 1.4 on knew besides.
 MuJoCo checks those of MJCF itself.
@@ -12,7 +12,7 @@ MuJoCo checks those of MJCF itself.
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -46,19 +46,14 @@ def _known(notation: str) -> dict[str, _MayHave]:
     return result
 
 
-def known_elements(notation: str) -> Collection[str]:
-    """Return the elements of a notation that are looked into."""
-    return _known(notation).keys()
-
-
 def check_words(
     root: ElementTree.Element, notation: str, where: str, strict: bool = True
 ) -> list[str]:
     """Refuse unknown elements and attributes; return warnings about those that are passed over.
 
     In URDF, where other programs have words of their own, only those are refused that resemble a
-    known one. What stands in a namespace belongs to
-    another program.
+    known one. What stands in a namespace belongs to another program; but xacro is refused, and so
+    are elements of URDF in a namespace, where nobody would look for them.
 
     Args:
         root: outermost element of what is checked.
@@ -72,44 +67,52 @@ def check_words(
     known = _known(notation)
     unknown: dict[str, int] = {}
     spaces: dict[str, None] = {}
-    waiting = [("", root)]
-    while waiting:
-        parent, element = waiting.pop()
-        may_have = known.get(f"{parent}/{element.tag}") or known.get(element.tag)
-        if may_have is None:
-            continue
-        children = [child.tag for child in element]
-        spaces.update((tag[1:].partition("}")[0], None) for tag in children if "}" in tag)
-        for kind, words, listed in (
-            ("element", children, may_have.elements),
-            ("attribute", element.keys(), may_have.attributes),
-        ):
-            if listed is None or listed.issuperset(words):
+    waiting = [root]
+    # Written with few calls: it grows while it is gone through, and a description is long.
+    for element in waiting:
+        attributes, elements = known[element.tag]
+        odd: list[tuple[str, str, Iterable[str]]] = []
+        if attributes is not None and not attributes.issuperset(element.attrib):
+            odd += [("attribute", key, attributes) for key in element.attrib]
+        for child in element:
+            if "}" in child.tag:
+                spaces[_namespace(child.tag, notation, where)] = None
+            elif elements is not None and child.tag not in elements:
+                odd += [("element", child.tag, elements)]
+            elif child.tag in known:
+                waiting += [child]
+        for kind, word, listed in odd:
+            if word in listed or "}" in word:
                 continue
-            for word in words:
-                if word in listed or "}" in word:
-                    continue
-                similar = similar_word(word.lower(), listed)
-                if strict and (similar or notation == "sdf"):
-                    name = f" {element.get('name')!r}" if element.get("name") else ""
-                    raise ModelError(
-                        f"{where}: <{element.tag}>{name}: {kind} {word!r} is unknown; "
-                        + (f"did you mean {similar!r}? " if similar else "")
-                        + f"{kind}s: {choices(listed, None if similar else word)}"
-                        + f"; {_PASSED_OVER}"
-                    )
-                label = f"{kind} {word!r} of <{element.tag}>"
-                unknown[label] = unknown.get(label, 0) + 1
-        elements = may_have.elements
-        waiting += [
-            (element.tag, child)
-            for child in reversed(element)
-            if elements is None or child.tag in elements
-        ]
+            similar = similar_word(word.lower(), listed)
+            if strict and (similar or notation == "sdf"):
+                name = f" {element.get('name')!r}" if element.get("name") else ""
+                raise ModelError(
+                    f"{where}: <{element.tag}>{name}: {kind} {word!r} is unknown; "
+                    + (f"did you mean {similar!r}? " if similar else "")
+                    + f"{kind}s: {choices(listed, None if similar else word)}; {_PASSED_OVER}"
+                )
+            label = f"{kind} {word!r} of <{element.tag}>"
+            unknown[label] = unknown.get(label, 0) + 1
     return [
         f"{where}: {label} is unknown and was passed over" + (f" ({count} times)" * (count > 1))
         for label, count in unknown.items()
     ] + [f"{where}: elements of the namespace {space!r} were passed over" for space in spaces]
+
+
+def _namespace(tag: str, notation: str, where: str) -> str:
+    """Return the namespace of an element; refuse those of URDF in one, and xacro."""
+    space, _, name = tag[1:].partition("}")
+    if notation == "urdf" and "xacro" in space:
+        raise ModelError(
+            f"{where}: <xacro:{name}> is to be processed first: xacro FILE > FILE.urdf"
+        )
+    if notation == "urdf" and name in _known(notation):
+        raise ModelError(
+            f"{where}: <{name}> stands in the namespace {space!r}, where no reader of URDF looks "
+            "for it; take it out of there"
+        )
+    return space
 
 
 def similar_word(word: str, known: Iterable[str]) -> str | None:

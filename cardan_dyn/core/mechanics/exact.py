@@ -30,6 +30,7 @@ from ...kit.arrays import EPS, Array, generic
 from ...kit.checks import described as told
 from ...kit.checks import flag, number
 from ...kit.errors import ArgumentError
+from ..description.description import IDENTITY
 from ..description.description import ROUNDING as _CLOSED
 from ..description.read import read
 from ..mechanism.mechanism import Mechanism
@@ -138,8 +139,9 @@ def made(description: Description, closure_tolerance: float | None) -> Mechanism
         tolerance = number("closure_tolerance", tolerance, 0.0)
     if not described.loops or tolerance == 0.0:
         return described
-    chain = _Chain(described, tree_of(described, massive=()), range(len(described.loops)))
-    doubtful = chain.in_doubt(_LEVERS * max(tolerance or 0.0, _MOST_ROUNDED))
+    limit = _LEVERS * max(tolerance or 0.0, _MOST_ROUNDED)
+    chains = (_Chain(described, items) for items in _in_doubt(described, limit))
+    doubtful = [chain for chain in chains if not chain.is_exact(limit)]
     if not doubtful:
         return described
     if tolerance is None:
@@ -169,6 +171,56 @@ def made(description: Description, closure_tolerance: float | None) -> Mechanism
         f"accept it by load(..., closure_tolerance={1.1 * greatest:.1e})"
     )
     return Mechanism(replace(description, remedy=remedy))
+
+
+def _in_doubt(mechanism: Mechanism, tolerance: float) -> list[list[int]]:
+    """Return loops and couplings whose equations are independent by less than the tolerance.
+
+    And those that do not close. They are in parts that have no joint on loops in common, by their
+    indices one behind the other.
+    """
+    model, coordinates, zero = mechanism.model, mechanism.coordinates, mechanism.zero
+    length, scale = mechanism.characteristic_length, coordinates.rate_scale
+    data, known = model.createData(), pinocchio.StdVec_RigidConstraintData()
+    known.extend([item.createData() for item in mechanism.constraint_models])
+    pinocchio.computeJointJacobians(model, data, coordinates.configuration(zero[None])[0])
+    rows = pinocchio.getConstraintsJacobian(model, data, mechanism.constraint_models, known)
+    blocks, errors = list((rows * scale).reshape(-1, 6, model.nv)), []
+    for block, loop in zip(blocks, mechanism.loops, strict=True):
+        start = data.oMi[loop.predecessor] * loop.predecessor_placement
+        gap = (
+            start.actInv(data.oMi[loop.successor] * loop.successor_placement).homogeneous - IDENTITY
+        )
+        block[:3] /= length
+        gap[:3, 3] /= length
+        errors.append(np.abs(gap).max())
+    for coupling in mechanism.couplings:
+        row, slip = np.zeros((1, model.nv)), coupling.offset
+        for columns, factor in (
+            (coupling.predecessor_columns, coupling.ratio),
+            (coupling.successor_columns, -1.0),
+        ):
+            row[0, list(columns)] = factor
+            slip += factor * zero[coordinates.column_of(np.array(columns))].sum()
+        unit = scale[coupling.successor_columns[0]] if coupling.successor_columns else 1.0
+        blocks.append(row * scale / unit)
+        errors.append(abs(slip) / unit)
+    parts: list[tuple[set[int], set[int]]] = []  # Items, and the coordinates that move them.
+    for index, block in enumerate(blocks):
+        moving = np.flatnonzero((np.abs(block) > _CLOSED).any(axis=0))
+        joined, shared = {index}, set(moving.tolist())
+        for part in [part for part in parts if part[1] & shared]:
+            parts.remove(part)
+            joined, shared = joined | part[0], shared | part[1]
+        parts.append((joined, shared))
+    result = []
+    for joined, shared in parts:
+        matrix = np.concatenate([blocks[index] for index in joined])[:, sorted(shared)]
+        sizes = np.linalg.svd(matrix, compute_uv=False)
+        in_doubt = ((sizes > _CLOSED) & (sizes < tolerance)).any()
+        if in_doubt or max(errors[index] for index in joined) > _CLOSED:
+            result.append(sorted(joined))
+    return result
 
 
 class Nearest(NamedTuple):
@@ -209,16 +261,17 @@ class _Positions(NamedTuple):
 class _Chain:
     """The loops of a mechanism, whose geometry can be displaced."""
 
-    def __init__(self, mechanism: Mechanism, tree: Tree, loops: Sequence[int]) -> None:
+    def __init__(self, mechanism: Mechanism, items: Sequence[int]) -> None:
         """Begin with the geometry that is described.
 
         Args:
             mechanism: the mechanism.
-            tree: it, with the loops and couplings that count.
-            loops: indices of these loops.
+            items: indices of the loops and couplings that count, one behind the other.
         """
-        self._mechanism = mechanism
-        self._original = self._tree = tree
+        count = len(mechanism.loops)
+        loops = [index for index in items if index < count]
+        couplings = [index - count for index in items if index >= count]
+        self._original = self._tree = tree_of(mechanism, (), loops, couplings, massive=())
         self._offsets = [item.offset for item in self._tree.couplings]
         # First the frames of joints, by their first bodies, then the ends of loops.
         on_loops = {
@@ -240,11 +293,6 @@ class _Chain:
 
     def at(self, x: Mapping[int, Array]) -> _Positions:
         """Return what is known at positions."""
-        at, errors, matrix = self._equations(x)
-        return _Positions(x, at, errors, *np.linalg.svd(matrix))
-
-    def _equations(self, x: Mapping[int, Array]) -> tuple[Placed, Array, Array]:
-        """Return where bodies are, errors `(K, R)`, and closure rows `(K, R, n)`."""
         tree = self._tree
         at = placed(tree, x)
         by_rate = {rate: x[body.column] for body in tree.bodies for rate in body.rates}
@@ -255,7 +303,8 @@ class _Chain:
         for index, row in enumerate(rows):
             for rate, entry in row.items():
                 matrix[:, index, rate] = entry
-        return at, np.stack([np.broadcast_to(error, count) for error in errors], axis=1), matrix
+        by_row = np.stack([np.broadcast_to(error, count) for error in errors], axis=1)
+        return _Positions(x, at, by_row, *np.linalg.svd(matrix))
 
     def closed(self, x: Mapping[int, Array], rank: int | None, tolerance: float) -> _Positions:
         """Return positions near some, closed as far as so many rows can.
@@ -290,42 +339,7 @@ class _Chain:
             result.update(stepped(body, x, by_rate))
         return result
 
-    def in_doubt(self, tolerance: float) -> list[_Chain]:
-        """Return the parts in which equations are independent by less than the tolerance.
-
-        And those whose loops do not close. Parts have no joint on loops in common.
-        """
-        _, errors, matrix = self._equations(self._zero)
-        loops, couplings = len(self._tree.loops), len(self._tree.couplings)
-        items = [range(6 * index, 6 * index + 6) for index in range(loops)]
-        items += [range(6 * loops + index, 6 * loops + index + 1) for index in range(couplings)]
-        parts: list[tuple[set[int], set[int]]] = []  # Items, and the coordinates that move them.
-        for index, rows in enumerate(items):
-            joined, columns = {index}, set(np.flatnonzero(matrix[0, rows].any(axis=0)).tolist())
-            for part in [part for part in parts if part[1] & columns]:
-                parts.remove(part)
-                joined, columns = joined | part[0], columns | part[1]
-            parts.append((joined, columns))
-        result = []
-        for joined, columns in parts:
-            own = [row for index in sorted(joined) for row in items[index]]
-            sizes = np.linalg.svd(matrix[0][np.ix_(own, sorted(columns))], compute_uv=False)
-            is_closed = np.abs(errors[0, own]).max() <= _CLOSED
-            if not is_closed or ((sizes > _CLOSED) & (sizes < tolerance)).any():
-                result.append(self._part(sorted(joined)))
-        return [part for part in result if not part._is_exact(tolerance)]
-
-    def _part(self, items: Sequence[int]) -> _Chain:
-        """Return the chain of some loops and couplings, by their indices one behind the other."""
-        tree, count = self._tree, len(self._tree.loops)
-        loops = [index for index in items if index < count]
-        own = tree._replace(
-            loops=tuple(tree.loops[index] for index in loops),
-            couplings=tuple(tree.couplings[index - count] for index in items if index >= count),
-        )
-        return _Chain(self._mechanism, own, loops)
-
-    def _is_exact(self, tolerance: float) -> bool:
+    def is_exact(self, tolerance: float) -> bool:
         """Return whether loops close, with no equation independent by less than the tolerance."""
         here = self.closed(self._zero, None, _CLOSED)
         in_doubt = (here.sizes > _CLOSED) & (here.sizes < tolerance)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...kit.arrays import Array, cross
 from ...kit.errors import ModelError
-from .frames import Frames, Offset
+from .frames import Frames
 from .mechanism import Mechanism
 
 _AT_REST = np.zeros((3, 1))
@@ -72,9 +72,8 @@ class CarriedFrame:
         placement[:3, 3] = placement[:3, :3] @ xyz + placement[:3, 3]
         last = frames.last[body] if body >= 0 else -1
         self._path = frames.motions_to(last)
-        self._end = Offset.of(last, placement, frames.corner)
-        # The point in the axes of the last motion; what stands in the world has no rates.
-        self._arm = placement[:3, 3]
+        # The point is in the axes of the last motion; what stands in the world has no rates.
+        self._last, self._placement = last, placement
         spans = [(frames.motions[k].rate, frames.motions[k].size) for k in self._path]
         self.columns = np.array([rate + k for rate, size in spans for k in range(size)], dtype=int)
 
@@ -86,7 +85,8 @@ class CarriedFrame:
         """
         rotations, points = np.empty((len(x), 3, 3)), np.empty((len(x), 3))
         for block in _blocks(len(x)):
-            frame = self._end.frame(self._frames.placed_along(x[block], self._path))
+            placed = self._frames.placed(x[block], self._path)
+            frame = self._frames.fixed_in(placed, self._last, self._placement)
             rotations[block] = frame[:3].transpose(2, 1, 0)
             points[block] = frame[3].T + self._frames.corner
         return rotations, points
@@ -108,7 +108,7 @@ class CarriedFrame:
 
     def _rates(self, x: Array, v: Array, a: Array | None) -> Rates:
         """Return the rates of a block of samples, `(3, N)` or `(3, 1)` each."""
-        frames, placed = self._frames, self._frames.placed_along(x, self._path)
+        frames, placed = self._frames, self._frames.placed(x, self._path)
         rates, accelerates = Rates(_AT_REST, _AT_REST, _AT_REST, _AT_REST), a is not None
         for index in self._path:
             motion, frame = frames.motions[index], placed[index]
@@ -131,7 +131,7 @@ class CarriedFrame:
                 velocity, spin, acceleration, spin_rate = rates
                 rates = Rates(velocity, spin + own, acceleration, spin_rate + further)
         if self._path:
-            rates = rates.at(_turned(self._arm, placed[self._path[-1]]), accelerates)
+            rates = rates.at(_turned(self._placement[:3, 3], placed[self._path[-1]]), accelerates)
         return rates
 
 

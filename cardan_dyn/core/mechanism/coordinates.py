@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio
 
 from ...kit.arrays import Array, quaternion_product
-from .joints import Joint, named_coordinates
+from .joints import Joint, NamedCoordinate, named_coordinates
 
 
 class Moves(NamedTuple):
@@ -88,7 +89,6 @@ class Coordinates:
         scale: `(size,)` weights that compare slides with angles [1/m for slides].
         columns: joint name to its columns in a row.
         velocity_columns: joint name to its columns in a velocity.
-        named: the turns and slides by their names, see `Joint.coordinates`.
         cardan: names of the joints whose balls are written as three turns.
         rate_scale: `(nv,)` lengths that compare what acts along slides with moments [m for slides].
         scalars: columns and velocity coordinates of all turns and slides.
@@ -126,9 +126,7 @@ class Coordinates:
             start = self.model.idx_vs[joint.parts[0].id]
             self.columns[joint.name] = slice(first, self.size)
             self.velocity_columns[joint.name] = slice(start, start + joint.nv)
-        self._drivable = named_coordinates(joints)
-        self.named = self._named()
-
+        self._joints = joints
         revolute, prismatic = self._of_kind("revolute"), self._of_kind("prismatic")
         self.balls = self._of_kind("spherical")
         self._quaternions = self.balls.columns[:, None] + np.arange(4)
@@ -142,12 +140,19 @@ class Coordinates:
         self.rate_scale = np.ones(model.nv)
         self.rate_scale[prismatic.velocities] = length
 
-    def _named(self) -> dict[str, Scalar]:
+    @cached_property
+    def drivable(self) -> dict[str, NamedCoordinate]:
+        """All coordinates that scenes can drive and hold, by name."""
+        return named_coordinates(self._joints)
+
+    @cached_property
+    def named(self) -> dict[str, Scalar]:
+        """The turns and slides by their names, see `Joint.coordinates`."""
         is_turn_or_slide = {
             self.model.idx_vs[part.id] for part in self.parts if part.kind != "spherical"
         }
         result = {}
-        for name, (joint, offset, slides) in self._drivable.items():
+        for name, (joint, offset, slides) in self.drivable.items():
             rate = self.velocity_columns[joint].start + offset
             if rate in is_turn_or_slide:
                 # No joint has anything but turns and slides before them, so both count alike.
@@ -161,7 +166,7 @@ class Coordinates:
         coordinate whose name belongs to another joint is named by its own joint.
         """
         result, unnamed = [], set(rates)
-        for name, item in self._drivable.items():
+        for name, item in self.drivable.items():
             span = self.velocity_columns[item.joint]
             if name in self.named:
                 own = {self.named[name].rate}

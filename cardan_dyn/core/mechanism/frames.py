@@ -4,13 +4,12 @@ Nothing here uses Pinocchio, groups, or the solution of a mechanism, so that the
 can rely on it: joint coordinates go in, placements in world axes come out, joint after joint from
 the root.
 
-Frames are `(4, 3, N)`: three axes and an origin in world axes. Which entries of a placement are
-zero and about which axes joints turn is found once, so that few samples are placed in few steps.
+Frames are `(4, 3, N)`: three axes and an origin in world axes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -29,12 +28,6 @@ if TYPE_CHECKING:
     from .coordinates import Coordinates
 
 _IDENTITY = np.eye(4)
-_FIRST, _SECOND = np.array([[5, 1, 2, 1, 0, 6, 2, 6, 0], [10, 11, 7, 11, 10, 3, 7, 3, 5]])
-"""The two products of components (x, y, z, w) of a unit quaternion, 4 i + j, that an entry of its
-rotation is a sum of, row by row: y y + z z, x y - z w, x z + y w, and so on."""
-_SECOND_SIGNS = np.array([1.0, -1.0, 1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
-_TWICE = np.array([-2.0, 2.0, 2.0, 2.0, -2.0, 2.0, 2.0, 2.0, -2.0])
-"""Their signs in it, and the factor on the sum, to which one is added on the diagonal."""
 
 
 class RigidBody(NamedTuple):
@@ -87,15 +80,10 @@ class Frames:
         parents: per joint, the index of its parent's body, -1 for the world.
         children: per joint, the index of the body that it acts on; of a loop, its successor.
         ends: per loop, the `(4, 4)` placement of its frame in its successor.
-        loop_ends: the same as offsets.
         motions: elementary motions of all joints, those of a joint in a row.
-        starts: per motion, the offset of its frame where its coordinate is zero.
         last: per joint, the index of its last motion, whose frame is the joint's; where it has
             none (a `fixed` loop), of the one that moves its predecessor.
         fixed_placement: per joint without motion, its `(4, 4)` placement in that frame.
-        fixed: the same as offsets.
-        alike: the motions in sets that are placed together, in an order in which each comes after
-            those that carry it.
         tree: how many joints the tree has; the loops follow them.
         links: link to the index of its body, -1 for the world, and its `(4, 4)` placement there.
         corner: `(3,)` the point about which moments are taken, so that no digits are lost far from
@@ -117,7 +105,6 @@ class Frames:
         self.ends = [self._add_loop(loop) for loop in description.loops]
         self.bodies = self._bodies(description)
         self.corner = self._corner()
-        self._lay_out()
 
     @cached_property
     def link_frames(self) -> dict[str, tuple[int, Array]]:
@@ -131,61 +118,6 @@ class Frames:
             body, placement = self.links[link]
             found.setdefault(name, (body, placement @ place))
         return found
-
-    def _lay_out(self) -> None:
-        """Find what placing the frames needs and no position changes."""
-        self.starts = [self._offset(motion.before, motion.placement) for motion in self.motions]
-        self.alike = [Alike.of(places, self.motions, self.starts) for places in self._places()]
-        self.fixed = {
-            joint: self._offset(self.last[joint], placement)
-            for joint, placement in self.fixed_placement.items()
-        }
-        bodies = self.children[self.tree :]
-        lasts = [self.last[body] if body >= 0 else -1 for body in bodies]
-        self.loop_ends = list(map(self._offset, lasts, self.ends))
-        self._are_motions = not self.fixed and self.last == list(range(len(self.motions)))
-        # Sines and cosines of all turns are computed at once; per set, which of them are its own.
-        columns: list[int] = []
-        signs: list[Array] = []
-        self._own_turns: list[slice | None] = []
-        for alike in self.alike:
-            if alike.turn is None:
-                self._own_turns.append(None)
-                continue
-            self._own_turns.append(slice(len(columns), len(columns) + len(alike.columns)))
-            columns += alike.columns.tolist()
-            signs += [alike.turn.signs] * len(alike.columns)
-        self._turned = np.array(columns, dtype=int)
-        self._turn_signs = np.array(signs).reshape(-1, 2, 1, 1)
-
-    def _places(self) -> list[list[int]]:
-        """Return the motions (index) that are placed together, those after which others come first.
-
-        They are alike on several legs of a robot: as far from the world, in equal steps.
-        """
-        depth: list[int] = []
-        kinds: dict[tuple[object, ...], list[int]] = {}
-        for index, (motion, start) in enumerate(zip(self.motions, self.starts, strict=True)):
-            depth.append(depth[motion.before] + 1 if motion.before >= 0 else 0)
-            axis = tuple(motion.axis.tolist()) if motion.kind == "turn" else ()
-            key = motion.kind, axis, motion.before < 0, start.transposed is None
-            kinds.setdefault((depth[-1], *key), []).append(index)
-        places: list[list[int]] = []
-        for found in kinds.values():
-            places.append([])
-            for index in found:
-                longer = [*places[-1], index]
-                before = [self.motions[k].before for k in longer]
-                if stepped(longer) is None or (before[0] >= 0 and stepped(before) is None):
-                    places.append([index])
-                else:
-                    places[-1] = longer
-        places.sort(key=lambda indices: depth[indices[0]])
-        return places
-
-    def _offset(self, motion: int, placement: Array) -> Offset:
-        """Return a `(4, 4)` placement in the frame of a motion, -1 for the world."""
-        return Offset.of(motion, placement, self.corner)
 
     def _add_tree(self, description: Description) -> dict[str, tuple[int, Array]]:
         """Add the joints of the tree, depth first; return the links, see `links`."""
@@ -237,7 +169,7 @@ class Frames:
             for kind, axis in motions:
                 motion = ElementaryMotion(kind, index, axis, before, placement, column, rate)
                 self.motions.append(motion)
-                before, placement = len(self.motions) - 1, np.eye(4)
+                before, placement = len(self.motions) - 1, _IDENTITY
                 column += 4 if kind == "ball" else 1
                 rate += motion.size
         self.last.append(before)
@@ -268,21 +200,44 @@ class Frames:
             body = self.parents[body]
         return path[::-1]
 
-    def placed(self, x: Array) -> Array:
+    def placed(self, x: Array, path: Iterable[int] | None = None) -> Array:
         """Return the frames of all motions at rows `x (N, size)`, `(M, 4, 3, N)`.
 
         Of a frame, the first three entries are its axes, the last one its origin about `corner`,
         in world axes.
+
+        Args:
+            x: the rows.
+            path: indices of the motions that count, see `motions_to`; all of them if None. What is
+                not written takes no memory.
         """
-        result = np.empty((len(self.motions), 4, 3, len(x)))
-        angles = x.T.take(self._turned, 0)[:, None, None]
-        cosines, sines = np.cos(angles), np.sin(angles) * self._turn_signs
-        for alike, own in zip(self.alike, self._own_turns, strict=True):
-            if own is None:
-                alike.place(result, x)
+        frames = np.empty((len(self.motions), 4, 3, len(x)))
+        for index in range(len(self.motions)) if path is None else path:
+            motion = self.motions[index]
+            start, frame = self.fixed_in(frames, motion.before, motion.placement), frames[index]
+            frame[:] = start
+            if motion.kind == "slide":
+                frame[3] += np.einsum("i,ikn->kn", motion.axis, start[:3]) * x[:, motion.column]
             else:
-                alike.place_turned(result, cosines[own], sines[own])
-        return result
+                frame[:3] = _turned(start[:3], motion, x)
+        return frames
+
+    def fixed_in(self, frames: Array, motion: int, placement: Array) -> Array:
+        """Return a frame that is fixed in that of a motion, `(4, 3, N)`, or `(4, 3, 1)`.
+
+        Args:
+            frames: see `placed`.
+            motion: index of the motion, -1 for the world.
+            placement: `(4, 4)` in its frame.
+        """
+        if motion < 0:
+            columns = placement[:3].T.copy()
+            columns[3] -= self.corner
+            return np.asarray(columns[:, :, None])
+        frame = frames[motion]
+        if placement is _IDENTITY:
+            return np.asarray(frame)
+        return np.asarray((placement.T @ frame.reshape(4, -1)).reshape(frame.shape))
 
     def joint(self, x: Array, index: int) -> tuple[Array, Array]:
         """Return rotations `(N, 3, 3)` and origins `(N, 3)` of a joint's frame in the world.
@@ -291,12 +246,14 @@ class Frames:
             x: `(N, size)` coordinates.
             index: of the joint.
         """
-        last = self.last[index]
-        frames = self.placed_along(x, self.motions_to(last))
-        offset = self._offset(last, self.fixed_placement.get(index, _IDENTITY))
-        frame = np.broadcast_to(offset.frame(frames), (4, 3, len(x)))
-        origin = frame[3].T + self.corner
-        return np.ascontiguousarray(frame[:3].transpose(2, 1, 0)), origin
+        frame = self._of_joint(self.placed(x, self.motions_to(self.last[index])), index)
+        frame = np.broadcast_to(frame, (4, 3, len(x)))
+        return np.ascontiguousarray(frame[:3].transpose(2, 1, 0)), frame[3].T + self.corner
+
+    def _of_joint(self, frames: Array, index: int) -> Array:
+        """Return the frame of a joint, see `fixed_in`."""
+        placement = self.fixed_placement.get(index, _IDENTITY)
+        return self.fixed_in(frames, self.last[index], placement)
 
     def motions_to(self, last: int) -> list[int]:
         """Return the motions from the world to one of them, whose index is last; none for -1."""
@@ -306,16 +263,6 @@ class Frames:
             last = self.motions[last].before
         return path[::-1]
 
-    def placed_along(self, x: Array, path: list[int]) -> Array:
-        """Return the frames of all motions at rows `x (N, size)`, of which those of a path count.
-
-        See `placed`. What is not written takes no memory.
-        """
-        frames = np.empty((len(self.motions), 4, 3, len(x)))
-        for motion in path:
-            Alike.of([motion], self.motions, self.starts).place(frames, x)
-        return frames
-
     def turned(self, x: Array, index: int) -> Array:
         """Return rotations `(N, 3, 3)` from a joint's frame to where it is at coordinate zero.
 
@@ -323,33 +270,22 @@ class Frames:
             x: `(N, size)` coordinates.
             index: of the joint.
         """
-        frame = np.broadcast_to(np.eye(4, 3)[:, :, None], (4, 3, len(x)))
+        axes = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, len(x)))
         for motion in self.motions:
-            if motion.joint != index or motion.kind == "slide":
-                continue
-            start, frame = frame, np.empty((4, 3, len(x)))
-            if motion.kind == "turn":
-                angle = x[:, motion.column]
-                Turn(motion.axis).write(frame, start, np.cos(angle), np.sin(angle))
-            else:
-                q = np.ascontiguousarray(x[:, motion.column : motion.column + 4].T)
-                frame[:3] = np.einsum("ijn,ikn->jkn", rotations(q), start[:3])
-        return np.ascontiguousarray(frame[:3].transpose(2, 1, 0))
+            if motion.joint == index and motion.kind != "slide":
+                axes = _turned(axes, motion, x)
+        return np.ascontiguousarray(axes.transpose(2, 1, 0))
 
     def ended(self, frames: Array, loop: int) -> Array:
-        """Return the frame of a loop's successor where the loop joins it.
-
-        It is `(4, 3, N)`, or `(4, 3, 1)` in the world.
-        """
-        return self.loop_ends[loop].frame(frames)
+        """Return the frame of a loop's successor where the loop joins it, see `fixed_in`."""
+        body = self.children[self.tree + loop]
+        return self.fixed_in(frames, self.last[body] if body >= 0 else -1, self.ends[loop])
 
     def joint_frames(self, frames: Array) -> Array:
         """Return the frames of all joints `(J, 4, 3, N)`."""
-        if self._are_motions:
-            return frames
         result = np.empty((len(self.joints), *frames.shape[1:]))
-        for index, last in enumerate(self.last):
-            result[index] = self.fixed[index].frame(frames) if index in self.fixed else frames[last]
+        for index, frame in enumerate(result):
+            frame[:] = self._of_joint(frames, index)
         return result
 
 
@@ -412,232 +348,27 @@ def merged(described: dict[str, LinkDescription], placements: dict[str, Array]) 
     return RigidBody(mass, centre, inertia)
 
 
-class Offset(NamedTuple):
-    """A constant placement in the frame of a motion, or in the world.
-
-    Attributes:
-        before: index of the motion, -1 for the world.
-        transposed: `(4, 4)` transposed placement in the motion's frame; None if it is that frame.
-        in_world: `(4, 3, 1)` the frame itself where it is placed in the world, else None.
-    """
-
-    before: int
-    transposed: Array | None
-    in_world: Array | None
-
-    @staticmethod
-    def of(before: int, placement: Array, corner: Array) -> Offset:
-        """Return the offset of a placement.
-
-        Args:
-            before: see the attribute.
-            placement: `(4, 4)`.
-            corner: `(3,)` the point of the world that origins are counted from.
-        """
-        if before < 0:
-            columns = placement[:3].T.copy()
-            columns[3] -= corner
-            return Offset(before, None, columns[:, :, None])
-        same = np.array_equal(placement, _IDENTITY)
-        return Offset(before, None if same else np.ascontiguousarray(placement.T), None)
-
-    def frame(self, frames: Array | Mapping[int, Array]) -> Array:
-        """Return the frame, `(4, 3, N)`, or `(4, 3, 1)` in the world.
-
-        Args:
-            frames: of the motions.
-        """
-        if self.in_world is not None:
-            return self.in_world
-        frame = frames[self.before]
-        if self.transposed is None:
-            return frame
-        return np.asarray(np.matmul(self.transposed, frame.reshape(4, -1)).reshape(frame.shape))
-
-
-class Offsets(NamedTuple):
-    """The k offsets of several frames, of which either all are in the world or none is.
-
-    Attributes:
-        before: indices of the motions, as a slice if they are in equal steps; None for the world.
-        placed: their transposed placements `(k, 4, 4)`, None if they are the motions' frames; in
-            the world, the frames themselves `(k, 4, 3, 1)`.
-    """
-
-    before: slice | Array | None
-    placed: Array | None
-
-    @staticmethod
-    def of(offsets: Sequence[Offset]) -> Offsets:
-        """Return some offsets as one."""
-        if offsets[0].in_world is not None:
-            return Offsets(None, np.array([offset.in_world for offset in offsets]))
-        before = [offset.before for offset in offsets]
-        given = [offset.transposed for offset in offsets]
-        placed = None
-        if any(matrix is not None for matrix in given):
-            placed = np.array([_IDENTITY if matrix is None else matrix for matrix in given])
-        return Offsets(in_steps(before), placed)
-
-    def frames(self, frames: Array) -> Array:
-        """Return the frames `(k, 4, 3, N)`, or `(k, 4, 3, 1)` in the world; see `Offset.frame`."""
-        if self.before is None:
-            return self.placed  # type: ignore[return-value]
-        before = frames[self.before]
-        if self.placed is None:
-            return before
-        return np.matmul(self.placed, before.reshape(len(before), 4, -1)).reshape(before.shape)
-
-
-_ACROSS = (
-    (slice(1, 3), slice(2, 0, -1)),
-    (slice(2, None, -2), slice(0, 3, 2)),
-    (slice(0, 2), slice(1, None, -1)),
-)
-"""Rows y and z, z and x, x and y of a frame, and the same the other way round."""
-
-
-class Turn:
-    """A turn about an axis of the frame before it.
-
-    Attributes:
-        signs: `(2, 1, 1)` with which the sine counts for the two axes across that of the turn.
-    """
-
-    def __init__(self, axis: Array) -> None:
-        """Keep what the axis `(3,)`, a unit vector in that frame, decides."""
-        along = int(np.argmax(np.abs(axis)))
-        self._is_along = np.count_nonzero(axis) == 1
-        # The two axes after the one of the turn, in cyclic order, and in the opposite one.
-        self._across: slice = _ACROSS[along][0]
-        self._back: slice = _ACROSS[along][1]
-        self.signs = np.array([[[1.0]], [[-1.0]]]) * float(axis[along])
-        if not self._is_along:
-            self.signs = np.ones((2, 1, 1))
-        x, y, z = axis
-        self._linear = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
-        self._quadratic = np.ascontiguousarray(self._linear @ self._linear)
-
-    def write(self, frame: Array, start: Array, cosine: Array, sine: Array) -> None:
-        """Write into `frame` what a frame `start` is after the turn.
-
-        Args:
-            frame: `(…, 4, 3, N)` the result.
-            start: `(…, 4, 3, N)` or `(…, 4, 3, 1)`.
-            cosine: of the angle, `(N,)` or `(…, 1, 1, N)`.
-            sine: of the angle, likewise.
-        """
-        self.write_signed(frame, start, cosine, sine * self.signs)
-
-    def write_signed(self, frame: Array, start: Array, cosine: Array, sines: Array) -> None:
-        """See `write`; with sines `(…, 2, 1, N)` that are multiplied with `signs` already."""
-        if self._is_along:
-            frame[:] = start
-            across = frame[..., self._across, :, :]
-            across *= cosine
-            across += start[..., self._back, :, :] * sines
-            return
-        sine = sines[..., :1, :, :]
-        frame[..., 3, :, :] = start[..., 3, :, :]
-        # Rodrigues: R = 1 + sin K + (1 - cos) K², applied to the three axes of the frame.
-        axes = start[..., :3, :, :]
-        flat = axes.reshape(*axes.shape[:-2], -1)
-        linear = (self._linear @ flat).reshape(axes.shape)
-        quadratic = (self._quadratic @ flat).reshape(axes.shape)
-        # 1 - cos, without cancellation for small angles.
-        versine = np.where(cosine > 0.0, sine**2 / (1.0 + np.abs(cosine)), 1.0 - cosine)
-        frame[..., :3, :, :] = axes + sine * linear + versine * quadratic
-
-
-class Alike:
-    """Elementary motions of one kind that are placed together, k in all.
-
-    Attributes:
-        own: their indices; steps from one to the next are equal.
-        before: likewise, of the motions that move their frames; None for the world.
-        turn: what turns about their axis are; None of slides and balls.
-        columns: `(k,)` their columns in coordinate rows; of balls `(4, k)`.
-    """
-
-    def __init__(
-        self,
-        own: slice,
-        before: slice | None,
-        motions: list[ElementaryMotion],
-        starts: list[Offset],
-    ) -> None:
-        """Keep what their axes and columns decide; attributes as of the class."""
-        self.own, self.before = own, before
-        self._is_ball = motions[0].kind == "ball"
-        self.turn = Turn(motions[0].axis) if motions[0].kind == "turn" else None
-        self._axes = np.array([motion.axis for motion in motions])[:, None]
-        columns = np.array([motion.column for motion in motions])
-        self.columns = columns + np.arange(4)[:, None] if self._is_ball else columns
-        self._start = Offsets.of(starts)
-
-    @staticmethod
-    def of(indices: list[int], motions: list[ElementaryMotion], starts: list[Offset]) -> Alike:
-        """Return some motions, given by their indices, with the offsets of all motions' frames."""
-        chosen, offsets = [motions[k] for k in indices], [starts[k] for k in indices]
-        own, before = stepped(indices), stepped([motion.before for motion in chosen])
-        assert own is not None
-        is_on_ground = chosen[0].before < 0
-        return Alike(own, None if is_on_ground else before, chosen, offsets)
-
-    def place(self, frames: Array, x: Array) -> None:
-        """Write their frames into `(M, 4, 3, N)`, in which those before them are.
-
-        Args:
-            frames: of all motions.
-            x: `(N, size)` coordinates.
-        """
-        moved = x.T.take(self.columns, 0)
-        if self.turn is not None:
-            angles = moved[:, None, None]
-            self.place_turned(frames, np.cos(angles), np.sin(angles) * self.turn.signs)
-            return
-        frame, start = frames[self.own], self._start.frames(frames)
-        if self._is_ball:
-            frame[:, 3] = start[:, 3]
-            np.einsum("ijbn,bikn->bjkn", rotations(moved), start[:, :3], out=frame[:, :3])
-        else:
-            frame[:, :3] = start[:, :3]
-            axes = start[:, :3].reshape(len(start), 3, -1)
-            direction = np.matmul(self._axes, axes).reshape(len(start), 3, -1)
-            frame[:, 3] = start[:, 3] + direction * moved[:, None]
-
-    def place_turned(self, frames: Array, cosines: Array, sines: Array) -> None:
-        """Write the frames of turns, see `place` and `Turn.write_signed`.
-
-        Args:
-            frames: of all motions.
-            cosines: of their angles, `(k, 1, 1, N)`.
-            sines: of their angles, with signs, `(k, 2, 1, N)`.
-        """
-        assert self.turn is not None
-        start = self._start.frames(frames)
-        self.turn.write_signed(frames[self.own], start, cosines, sines)
-
-
-def stepped(indices: list[int]) -> slice | None:
-    """Return indices from 0 on, ascending in equal steps, as a slice; None if they are not."""
-    step = indices[1] - indices[0] if len(indices) > 1 else 1
-    span = range(indices[0], indices[-1] + 1, step) if step > 0 else range(0)
-    return slice(span.start, span.stop, step) if list(span) == indices else None
-
-
-def in_steps(indices: list[int]) -> slice | Array:
-    """Return indices as a slice if they are in equal steps, since slices make no copies."""
-    span = stepped(indices)
-    return np.array(indices) if span is None else span
+def _turned(axes: Array, motion: ElementaryMotion, x: Array) -> Array:
+    """Return axes `(3, 3, N)` after a turn or ball at rows `x (N, size)`, from those before it."""
+    if motion.kind == "ball":
+        turn = rotations(x[:, motion.column : motion.column + 4].T)
+    else:
+        along = np.multiply.outer(motion.axis, motion.axis)
+        # Rodrigues: R = n nᵀ + (1 - n nᵀ) cos φ + n × sin φ; exact about an axis of the frame.
+        across, crossed = np.eye(3) - along, np.cross(np.eye(3), motion.axis)
+        angle = x[:, motion.column]
+        turn = along[..., None] + np.multiply.outer(across, np.cos(angle))
+        turn += np.multiply.outer(crossed, np.sin(angle))
+    return np.einsum("ijn,ikn->jkn", turn, axes)
 
 
 def rotations(q: Array) -> Array:
-    """Return the rotations `(3, 3, …)` of unit quaternions `(4, …)`, x, y, z, w."""
-    more = [1] * (q.ndim - 1)
-    products = (q[:, None] * q).reshape(16, *q.shape[1:])
-    sums = products.take(_FIRST, 0)
-    sums += products.take(_SECOND, 0) * _SECOND_SIGNS.reshape(9, *more)
-    sums *= _TWICE.reshape(9, *more)
-    sums[::4] += 1.0
-    return np.asarray(sums.reshape(3, 3, *q.shape[1:]))
+    """Return the rotations `(3, 3, N)` of unit quaternions `(4, N)`, x, y, z, w."""
+    x, y, z, w = q
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )

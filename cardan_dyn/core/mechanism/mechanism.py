@@ -25,12 +25,11 @@ from ...kit.arrays import Array, cardan_angles
 from ...kit.errors import ModelError, choices
 from ...kit.frozen import Frozen, FrozenDict, read_only
 from .coordinates import Coordinates
-from .joints import Joint, NamedCoordinate, Part, described_joints, named_coordinates
+from .joints import Joint, NamedCoordinate, Part, described_joints
 from .kept import Kept
 from .tree import TreeBuilder, artificial_inertia, se3
 from .welds import (
     LEAST_LENGTH,
-    characteristic_length,
     coupling_of,
     greatest_length,
     shown,
@@ -122,7 +121,7 @@ class Mechanism(Frozen):
         """
         self.description = description
         self._base = base
-        self._remarks: tuple[str, ...] = ()
+        self._remarks: tuple[str, ...] = () if base is None else base._remarks
         self._variants: dict[tuple[frozenset[str], frozenset[str]], Mechanism] = {}
         self.kept = Kept()
         self.name = description.name
@@ -139,10 +138,15 @@ class Mechanism(Frozen):
         )
         self.teeth: tuple[Teeth, ...] = ()
         if any(item.mesh for item in description.couplings):
-            from .teeth import every_tooth  # Few mechanisms have gears.
+            from .teeth import teeth_of  # Few mechanisms have gears.
 
-            stated = zip(description.couplings, self.couplings, strict=True)
-            self.teeth = every_tooth(stated, self.model, self.joints)
+            self.teeth = tuple(
+                teeth_of(index, item.mesh, coupling, self.model, self.joints)
+                for index, (item, coupling) in enumerate(
+                    zip(description.couplings, self.couplings, strict=True)
+                )
+                if item.mesh is not None
+            )
         self.independent_joints = description.independent_joints
         self.auxiliary_bodies = tuple(
             loop.predecessor
@@ -153,12 +157,8 @@ class Mechanism(Frozen):
         self.constraint_models.extend([loop.constraint(self.model) for loop in self.loops])
         # Variants are compared by the same length, however their bodies are divided.
         self.characteristic_length: float = (
-            characteristic_length(self.model, self.loops)
-            if base is None
-            else base.characteristic_length
+            self._length() if base is None else base.characteristic_length
         )
-        if self.characteristic_length == 1.0:
-            self._check_lengths()
         for body in self.auxiliary_bodies:
             self.model.inertias[body] = artificial_inertia(description, self.characteristic_length)
         self.coordinates = Coordinates(
@@ -166,16 +166,22 @@ class Mechanism(Frozen):
         )
         self._freeze()
 
-    def _check_lengths(self) -> None:
-        """Accept what rounding leaves of zero where nothing but turns makes up the mechanism."""
+    def _length(self) -> float:
+        """Return the characteristic length; 1 m where there is none, as in a spherical linkage.
+
+        What rounding leaves of zero is accepted where nothing but turns makes up the mechanism.
+        """
         length = greatest_length(self.model, self.loops)
-        if not 0.0 < length < LEAST_LENGTH:
-            return
+        if length >= LEAST_LENGTH:
+            return length
+        if length == 0.0:
+            return 1.0
         what = f"{self.name}: the greatest length is {length:g} m"
         parts = (part for joint in self.joints.values() for part in joint.parts)
         if any(part.kind == "prismatic" for part in parts):
             raise ModelError(f"{what}; give lengths in metres, or zeros")
         self._remarks = (f"{what}, which counts as none; give lengths in metres",)
+        return 1.0
 
     def __reduce__(self) -> tuple[object, ...]:
         if self._base is not None:
@@ -203,11 +209,15 @@ class Mechanism(Frozen):
             )
         if description.remedy:
             described += (f"{self.name}: {description.remedy}",)
-        gaps = _open_loops(self.frames, self.zero, self.characteristic_length)
-        if not gaps:
+        listed = []
+        for name, between in self.gaps(self.zero).items():
+            gap = float(np.linalg.norm(between.translation))
+            angle = float(np.linalg.norm(pinocchio.log3(between.rotation)))
+            if max(angle, gap / self.characteristic_length) > _OPEN:
+                listed.append(f"{name} by {gap:.3g} m, {angle:.3g} rad")
+        if not listed:
             return described
-        listed = [f"{name} by {gap:.3g} m, {angle:.3g} rad" for name, (angle, gap) in gaps.items()]
-        more = f" and {len(gaps) - _MOST_LISTED} more" * (len(gaps) > _MOST_LISTED)
+        more = f" and {len(listed) - _MOST_LISTED} more" * (len(listed) > _MOST_LISTED)
         return (
             *described,
             f"{self.name}: loops are open at the description's zero: "
@@ -276,7 +286,7 @@ class Mechanism(Frozen):
         wrench along its axis where that then is: for the first turn of a universal joint the
         parent's axis, for the slides of a floating one the parent's axes.
         """
-        return FrozenDict(named_coordinates(self.joints.values()))
+        return FrozenDict(self.coordinates.drivable)
 
     @cached_property
     def coordinates_together(self) -> FrozenDict[str, tuple[str, ...]]:
@@ -434,7 +444,46 @@ class Mechanism(Frozen):
             fixed: velocity coordinates that stay; a loop whose joint has one of them stays
                 altogether.
         """
-        return _fitted(self.frames, self.joints, self.coordinates, x, fixed)
+        coordinates = self.coordinates
+        chosen = {
+            name: coordinates.columns[name]
+            for name in (loop.joint for loop in self.loops if not loop.is_fixed)
+            if not _has_any(coordinates.velocity_columns[name], fixed)
+        }
+        if not chosen:
+            return x
+        result, at_zero, neutral = x.copy(), x.copy(), coordinates.neutral()
+        for columns in chosen.values():
+            at_zero[columns] = neutral[columns]
+        gaps = self.gaps(at_zero)
+        for name, columns in chosen.items():
+            values = _values(self.joints[name].parts, gaps[name], x[columns])
+            away = (values - x[columns]) * coordinates.scale[columns]
+            if np.max(np.abs(away)) > _ROUNDING:
+                result[columns] = values
+        return result
+
+    def gaps(self, x: Array) -> dict[str, pinocchio.SE3]:
+        """Return loops to the placements of their successor's end in their own, at `x (size,)`."""
+        model, data = self.model, self.model.createData()
+        pinocchio.forwardKinematics(model, data, self.coordinates.configuration(x[None])[0])
+        # Not those in the world, from whose origin the mechanism may be so far that digits fail.
+        base = next(
+            model.jointPlacements[k] for k in range(1, model.njoints) if not model.parents[k]
+        )
+        placed: list[pinocchio.SE3] = []
+
+        def at(body: int, placement: pinocchio.SE3) -> pinocchio.SE3:
+            return placed[body] * placement if body else base.actInv(placement)
+
+        for body, parent in enumerate(model.parents):
+            placed.append(at(parent, data.liMi[body]))
+        return {
+            loop.joint: at(loop.predecessor, loop.predecessor_placement).actInv(
+                at(loop.successor, loop.successor_placement)
+            )
+            for loop in self.loops
+        }
 
     @cached_property
     def joint_dynamics(self) -> FrozenDict[str, tuple[float, float]]:
@@ -531,65 +580,18 @@ def _zero_of(description: Description, coordinates: Coordinates) -> Array:
     return x
 
 
-def _fitted(
-    frames: Frames,
-    joints: Mapping[str, Joint],
-    coordinates: Coordinates,
-    x: Array,
-    fixed: Collection[int] = (),
-) -> Array:
-    """See `Mechanism.fitted`."""
-    chosen = {
-        index: coordinates.columns[name]
-        for index, name in enumerate(frames.joints[frames.tree :])
-        if name in coordinates.columns and not _has_any(coordinates.velocity_columns[name], fixed)
-    }
-    if not chosen:
-        return x
-    result, at_zero, neutral = x.copy(), x.copy(), coordinates.neutral()
-    for columns in chosen.values():
-        at_zero[columns] = neutral[columns]
-    placed = frames.placed(at_zero[None, :])
-    starts = frames.joint_frames(placed)
-    for index, columns in chosen.items():
-        start = starts[frames.tree + index, :, :, 0]
-        end = frames.ended(placed, index)[:, :, 0]
-        rotation, offset = start[:3] @ end[:3].T, start[:3] @ (end[3] - start[3])
-        parts = joints[frames.joints[frames.tree + index]].parts
-        values = _values(parts, rotation, offset, x[columns])
-        away = (values - x[columns]) * coordinates.scale[columns]
-        if np.max(np.abs(away)) > _ROUNDING:
-            result[columns] = values
-    return result
-
-
-def _open_loops(frames: Frames, x: Array, length: float) -> dict[str, tuple[float, float]]:
-    """Return by what angle [rad] and distance [m] loops are open, those of more than `_OPEN`."""
-    placed = frames.placed(x[None, :])
-    starts = frames.joint_frames(placed)
-    found = {}
-    for index, name in enumerate(frames.joints[frames.tree :]):
-        start, end = starts[frames.tree + index, :, :, 0], frames.ended(placed, index)[:, :, 0]
-        # Squared differences of the axes of two frames add up to 2 (2 sin φ/2)².
-        sine = 0.5 * float(np.sqrt(0.5 * np.sum((end[:3] - start[:3]) ** 2)))
-        angle = 2.0 * float(np.arcsin(min(sine, 1.0)))
-        gap = float(np.linalg.norm(end[3] - start[3]))
-        if max(angle, gap / length) > _OPEN:
-            found[name] = angle, gap
-    return found
-
-
 def _has_any(columns: slice, fixed: Collection[int]) -> bool:
     return any(columns.start <= column < columns.stop for column in fixed)
 
 
-def _values(parts: tuple[Part, ...], rotation: Array, offset: Array, near: Array) -> Array:
+def _values(parts: tuple[Part, ...], to: pinocchio.SE3, near: Array) -> Array:
     """Return the coordinates of a joint that come nearest to a displacement.
 
     Slides come before turns in every joint, and are at right angles to each other, so that they
     alone shift the joint's origin.
     """
-    slides = [part.axis @ offset for part in parts if part.kind == "prismatic"]
+    rotation = to.rotation
+    slides = [part.axis @ to.translation for part in parts if part.kind == "prismatic"]
     turning = [part for part in parts if part.kind != "prismatic"]
     before = near[len(slides) :]
     if not turning:

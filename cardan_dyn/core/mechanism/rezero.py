@@ -39,6 +39,7 @@ from ..description.description import (
     Limits,
     LoopDescription,
     elementary,
+    placed_links,
     shown_ratio,
 )
 
@@ -142,9 +143,7 @@ def _turned(quaternion: Array, name: str) -> Array:
     length = float(np.linalg.norm(quaternion))
     if abs(length - 1.0) > _UNIT_TOLERANCE:
         raise ArgumentError(f"{name}: the quaternion has length {length:g}, expected 1")
-    vector, scalar = quaternion[:3] / length, quaternion[3] / length
-    cross = pinocchio.skew(vector)
-    return np.asarray(np.eye(3) + 2.0 * scalar * cross + 2.0 * cross @ cross)
+    return np.asarray(pinocchio.Quaternion(quaternion / length).toRotationMatrix())
 
 
 def _joint(joint: JointDescription, displacement: Array, values: Array) -> JointDescription:
@@ -229,17 +228,11 @@ def _check_coupling(
 
 def link_placements(description: Description) -> dict[str, Array]:
     """Return the `(4, 4)` placements of all links in the world with every joint at zero."""
-    carried: dict[str, list[JointDescription]] = {link.name: [] for link in description.links}
-    for joint in description.joints:
-        carried[joint.parent].append(joint)
-    placements = {description.root: np.eye(4)}
-    waiting = [description.root]
-    while waiting:
-        parent = waiting.pop()
-        for joint in carried[parent]:
-            placements[joint.child] = placements[parent] @ joint.origin @ joint.child_placement
-            waiting.append(joint.child)
-    return placements
+    joints = description.joints
+    return placed_links(
+        (link.name for link in description.links),
+        ((item.parent, item.child, item.origin @ item.child_placement) for item in joints),
+    )
 
 
 def is_closed(description: Description, length: float) -> bool:

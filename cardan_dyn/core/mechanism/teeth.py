@@ -13,7 +13,7 @@ presses the smaller gear towards its own axis, whatever the sign of m is. Source
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -24,7 +24,7 @@ from ...kit.errors import ModelError
 from .joints import Joint
 
 if TYPE_CHECKING:
-    from ..description.description import CouplingDescription
+    from ..description.description import Mesh
     from .welds import Coupling
 
 _PARALLEL = 1e-6
@@ -84,22 +84,9 @@ class Teeth(NamedTuple):
     gears: tuple[Gear, ...]
 
 
-def every_tooth(
-    couplings: Iterable[tuple[CouplingDescription, Coupling]],
-    model: pinocchio.Model,
-    joints: Mapping[str, Joint],
-) -> tuple[Teeth, ...]:
-    """Return the teeth of all couplings that state some; arguments as of `teeth_of`."""
-    return tuple(
-        teeth_of(index, stated, coupling, model, joints)
-        for index, (stated, coupling) in enumerate(couplings)
-        if stated.mesh is not None
-    )
-
-
 def teeth_of(
     index: int,
-    stated: CouplingDescription,
+    mesh: Mesh,
     coupling: Coupling,
     model: pinocchio.Model,
     joints: Mapping[str, Joint],
@@ -108,16 +95,15 @@ def teeth_of(
 
     Args:
         index: of the coupling.
-        stated: its description.
-        coupling: the same, with its coordinates.
+        mesh: what is stated of them.
+        coupling: the coupling.
         model: of the tree.
         joints: of the mechanism by name.
 
     Raises:
         ModelError: there is no pair of gears that could have them.
     """
-    at, mesh = f"{model.name}: coupling {coupling.name!r}: forces='mesh'", stated.mesh
-    assert mesh is not None
+    at = f"{model.name}: coupling {coupling.name!r}: forces='mesh'"
     columns = (*coupling.predecessor_columns, *coupling.successor_columns)
     turning = {
         int(model.idx_vs[joint.id]): joint

@@ -215,13 +215,10 @@ class TreeBuilder:
         if model.joints[index].nq == 1:
             model.lowerPositionLimit[model.idx_qs[index]] = limits.lower
             model.upperPositionLimit[model.idx_qs[index]] = limits.upper
-        rate = model.idx_vs[index]
-        for names, value in (
-            (("lowerVelocityLimit", "upperVelocityLimit"), limits.velocity),
-            (("lowerEffortLimit", "upperEffortLimit"), limits.effort),
-        ):
-            for name, sign in zip(names, (-1.0, 1.0), strict=True):
-                getattr(model, name)[rate : rate + model.nvs[index]] = sign * value
+        rates = slice(model.idx_vs[index], model.idx_vs[index] + model.nvs[index])
+        for kind, value in (("Velocity", limits.velocity), ("Effort", limits.effort)):
+            getattr(model, f"lower{kind}Limit")[rates] = -value
+            getattr(model, f"upper{kind}Limit")[rates] = value
 
 
 def _bodies(description: Description) -> tuple[dict[str, _Body], dict[str, str]]:
@@ -268,7 +265,7 @@ def artificial_inertia(description: Description, length: float) -> pinocchio.Ine
 
 def se3(matrix: Array) -> pinocchio.SE3:
     """Return a `(4, 4)` placement as Pinocchio's type."""
-    return pinocchio.SE3(matrix[:3, :3], matrix[:3, 3])
+    return pinocchio.SE3(matrix)
 
 
 _ALIGNED = {
@@ -285,14 +282,15 @@ def joint_model(kind: str, axis: Array) -> pinocchio.JointModel:
     """
     if kind == "spherical":
         return pinocchio.JointModelSpherical()
-    if sorted(axis.tolist()) == [0.0, 0.0, 1.0]:
-        return getattr(pinocchio, _ALIGNED[kind][int(np.argmax(axis))])()
+    components = axis.tolist()
+    if sorted(components) == [0.0, 0.0, 1.0]:
+        return getattr(pinocchio, _ALIGNED[kind][components.index(1.0)])()
     if kind == "prismatic":
         return pinocchio.JointModelPrismaticUnaligned(axis)
     if kind == "revolute":
         return pinocchio.JointModelRevoluteUnaligned(axis)
     # The bindings give no way to set the axis of such a joint; the reader does.
-    xyz = " ".join(map(repr, axis.tolist()))
+    xyz = " ".join(map(repr, components))
     model = pinocchio.buildModelFromXML(
         '<robot name="robot"><link name="a"/><link name="b"/><joint name="j" type="continuous">'
         f'<parent link="a"/><child link="b"/><axis xyz="{xyz}"/></joint></robot>'

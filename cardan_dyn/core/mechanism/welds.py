@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -76,15 +77,6 @@ def weld(loop: LoopDescription, links: Mapping[str, tuple[int, pinocchio.SE3]], 
     return Loop(loop.name, predecessor, placement, successor, end, is_fixed=not joint)
 
 
-def characteristic_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
-    """Return the greatest distance that occurs within a body of the mechanism [m].
-
-    It is 1 m where there is none, as in a spherical linkage without mass.
-    """
-    longest = greatest_length(model, loops)
-    return longest if longest >= LEAST_LENGTH else 1.0
-
-
 def greatest_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
     """Return the greatest distance that occurs within a body of the mechanism [m], or zero.
 
@@ -95,30 +87,29 @@ def greatest_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
     """
     # What carries the joint of a loop to its successor is that one once more.
     welded = {loop.predecessor for loop in loops if model.names[loop.predecessor] == loop.joint}
-    points: dict[int, list[Array]] = {body: [] for body in range(model.njoints)}
-    for body in range(1, model.njoints):
-        points[model.parents[body]].append(model.jointPlacements[body].translation)
-        if body not in welded:
-            points[body].append(np.zeros(3))
+    points: list[list[Array]] = [[] for _ in range(model.njoints)]
+    lengths, gyration = [0.0], 0.0
+    for body, parent in enumerate(model.parents):
+        if body:
+            points[parent].append(model.jointPlacements[body].translation)
+            if body not in welded:
+                points[body].append(np.zeros(3))
     for loop in loops:
         points[loop.successor].append(loop.successor_placement.translation)
         if loop.predecessor not in welded:
             points[loop.predecessor].append(loop.predecessor_placement.translation)
-    lengths, gyration = [0.0], 0.0
     for body, inertia in enumerate(model.inertias):
         # What has mass in the world does not move.
         if body and body not in welded and inertia.mass > 0.0:
             points[body].append(inertia.lever)
-            spread_of_mass = max(float(np.trace(inertia.inertia)), 0.0) / (2.0 * inertia.mass)
-            gyration = max(gyration, float(np.sqrt(spread_of_mass)))
-    # The world's origin may be anywhere, so frames in the world are measured from their middle.
-    on_world = np.asarray(points.pop(0))
-    if len(on_world):
-        lengths.append(float(np.max(np.linalg.norm(on_world - on_world.mean(axis=0), axis=1))))
-    for in_body in points.values():
-        placed = np.asarray(in_body).reshape(-1, 3)
-        spans = np.linalg.norm(placed[:, None] - placed, axis=2)
-        lengths.append(float(np.max(spans, initial=0.0)))
+            spread_of_mass = max(inertia.inertia.trace(), 0.0) / (2.0 * inertia.mass)
+            gyration = max(gyration, math.sqrt(spread_of_mass))
+    for body, in_body in enumerate(points):
+        if in_body:
+            placed = np.array(in_body)
+            # The world's origin may be anywhere, so what is in the world counts from its middle.
+            apart = placed[:, None] - placed if body else placed - placed.mean(axis=0)
+            lengths.append(math.sqrt((apart * apart).sum(axis=-1).max()))
     longest = max(lengths)
     return longest if loops and longest > _COINCIDENT * gyration else max(longest, gyration)
 

@@ -10,7 +10,7 @@ import pytest
 from testkit.linkages import four_bar, loop
 
 import cardan_dyn as cd
-from cardan_dyn.core.description.beside import Beside, gepetto, unread_files
+from cardan_dyn.core.description.beside import Beside, file_beside, gepetto, unread_files
 
 PLUS = four_bar(loop("continuous"))
 TREE = PLUS[: PLUS.index("<loop")] + "</robot>"
@@ -33,11 +33,11 @@ def beside_text(tmp_path: Path, yaml: str, suffix: str = ".yaml") -> Beside | No
         *(f'<link name="{name}"/>' for name in LINKS),
         '<joint name="j"><child link="b"/></joint><joint name="k"><child link="c"/></joint>',
     )
-    return gepetto(tmp_path / "robot.urdf", urdf, {"j", "k"})
+    return gepetto(tmp_path / f"robot{suffix}", urdf, {"j", "k"})
 
 
 def test_no_file_beside_a_urdf(tmp_path: Path) -> None:
-    assert gepetto(tmp_path / "robot.urdf", robot(), set()) is None
+    assert file_beside(robot(), "x", tmp_path / "robot.urdf", strict=True) is None
 
 
 @pytest.mark.parametrize("yaml", ["", "[1, 2]", "controllers: [1]", "loops: [[a, b]]"])
@@ -85,14 +85,12 @@ def test_closures_without_a_type_are_welds(tmp_path: Path) -> None:
 
 
 def test_yaml_comes_before_yml(tmp_path: Path) -> None:
-    beside_text(tmp_path, "closed_loop: [[a, b]]", ".yml")
-    extra = beside_text(tmp_path, "closed_loop: [[a, c]]")
-    assert extra is not None
-    assert extra.path.name == "robot.yaml"
-    (tmp_path / "robot.yaml").unlink()
-    extra = gepetto(tmp_path / "robot.urdf", robot('<link name="a"/><link name="b"/>'), set())
-    assert extra is not None
-    assert extra.path.name == "robot.yml"
+    urdf = robot('<link name="a"/><link name="b"/>')
+    for suffix in (".yml", ".yaml"):
+        (tmp_path / f"robot{suffix}").write_text("closed_loop: [[a, b]]", encoding="utf-8")
+        extra = file_beside(urdf, "x", tmp_path / "robot.urdf", strict=True)
+        assert extra is not None
+        assert extra.path.name == f"robot{suffix}"
 
 
 def test_a_file_with_a_byte_order_mark(tmp_path: Path) -> None:
@@ -102,7 +100,7 @@ def test_a_file_with_a_byte_order_mark(tmp_path: Path) -> None:
 def test_a_file_that_is_no_text(tmp_path: Path) -> None:
     (tmp_path / "robot.yaml").write_bytes(b"closed_loop: \xff")
     with pytest.raises(cd.ModelError, match=r"robot.yaml: cannot be read as YAML: unacceptable"):
-        gepetto(tmp_path / "robot.urdf", robot(), set())
+        gepetto(tmp_path / "robot.yaml", robot(), set())
 
 
 @pytest.mark.parametrize(
@@ -214,8 +212,8 @@ def test_lenient_reading_passes_over_joints_that_do_not_exist(tmp_path: Path) ->
     (tmp_path / "robot.yaml").write_text(content, encoding="utf-8")
     urdf, joints = robot('<link name="a"/>', '<link name="b"/>'), {"j", "k"}
     with pytest.raises(cd.ModelError, match="joint 'z' does not exist"):
-        gepetto(tmp_path / "robot.urdf", urdf, joints)
-    extra = gepetto(tmp_path / "robot.urdf", urdf, joints, strict=False)
+        gepetto(tmp_path / "robot.yaml", urdf, joints)
+    extra = gepetto(tmp_path / "robot.yaml", urdf, joints, strict=False)
     assert extra is not None
     assert (extra.motors, extra.joint_types) == (("k",), {})
     assert [warning.split(": ")[-1] for warning in extra.warnings] == [

@@ -119,7 +119,7 @@ def test_misspelled_keys_are_refused(tmp_path: Path) -> None:
     ("yaml", "old", "new", "message"),
     [
         (CLOSURES, "link_b: rocker", "link_b: roker", "loop_1: link 'roker' .* 'rocker'"),
-        (CLOSURES, "link_b: rocker, ", "", "loop_1: link '' does not exist in bars.urdf"),
+        (CLOSURES, "link_b: rocker, ", "", "loop_1: link '' does not exist in the URDF"),
         (CLOSURES, "link_b: rocker", "link_b: coupler", "loop_1: both links are 'coupler'"),
         (CLOSURES, "[2, 2.5, 0]", "[2, 2.5]", r"loop_1: point \[2, 2.5\] is not 3 finite"),
         (CLOSURES, "[2, 2.5, 0]", "[2, x, 0]", "is not 3 finite"),
