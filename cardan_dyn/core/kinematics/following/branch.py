@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import Array
+from ....kit.arrays import EPS, Array
 from ....kit.errors import AssemblyError, SingularConfigurationError
 from ...mechanism.kept import Kept
 from ..closing.all_groups import Kinematics
 from ..tolerances import MOVES
-from .lines import SHORTEST, Lines, Rows, quintic
+from .lines import LEAST_LEAD, Lines, Rows, quintic
 
 _TURNS_TRIED = 12
 """Turns of the drive after which a mechanism is tried for repetition. Velocity ratios of small
@@ -27,9 +27,6 @@ whole numbers repeat within them."""
 _STEEP = 100.0
 """Derivative of a coordinate [rad, or lengths of the mechanism, per unit of the drive] from which
 on an end counts as near a dead point of the drive, where derivatives grow without bound."""
-_FIFTH, _AT_LEAST = 1e-6, 8.0
-"""Fifth coefficient [rad] that what is interpolated between nodes shall have, see `quintic`, and
-how many times as much it has where a node is put between: it is off by some hundredth of it."""
 _REACH_OF_SLIDE = 10.0
 """Characteristic lengths over which a sliding drive is followed to each side of the start before
 its range counts as unlimited there. A slide that loops limit moves by about the lengths of their
@@ -136,9 +133,11 @@ class Branch:
             way = np.diff(positions)
             curves = rows.of(slice(-1)).quintics(way / self.unit, rows.of(slice(1, None)))
             scale = kinematics.coordinates.scale
-            fifth = np.max(np.abs(curves[5]) * scale, axis=1, initial=0.0) / _FIFTH
+            # What is interpolated is off by some hundredth of the fifth coefficient; the square of
+            # that is to be rounding, for Newton's method.
+            fifth = np.max(np.abs(curves[5]) * scale, axis=1, initial=0.0) / (64.0 * EPS**0.5)
             # What does not become smaller by parts is left to whoever closes guesses.
-            (long,) = np.nonzero((fifth > _AT_LEAST) & (way > SHORTEST * self.unit))
+            (long,) = np.nonzero((fifth > 1.0) & (way > LEAST_LEAD * self.unit))
             if not long.size:
                 for values in rows:
                     values.setflags(write=False)
@@ -169,7 +168,7 @@ class Branch:
                 from ..diagnosis.reach import beyond_branch  # Imported here: only errors need it.
 
                 nearest, _ = self._limit_at(side)
-                at_end = abs(target - nearest) < SHORTEST * self.unit
+                at_end = abs(target - nearest) < LEAST_LEAD * self.unit
                 nodes = np.concatenate([node.x for node in self._nodes[side]])
                 raise beyond_branch(self.kinematics, self._column, target, nearest, nodes, at_end)
 
@@ -188,7 +187,7 @@ class Branch:
         with self._lock:
             shares = self._lines.share.tolist()
             if any(share < way for share, way in zip(shares, until, strict=True)):
-                self._lines.lead(np.array(until), self._passed)
+                self._lead(np.array(until))
                 shares = self._lines.share.tolist()
             for side, (share, way) in enumerate(zip(shares, until, strict=True)):
                 if not share < way:
@@ -196,13 +195,16 @@ class Branch:
                 limit, is_dead_point = self._limit_at(side)
                 ends[side] = self.span[side]
                 if is_dead_point:
-                    before = limit - _SIGNS[side] * SHORTEST * self.unit
+                    before = limit - _SIGNS[side] * LEAST_LEAD * self.unit
                     ends[side] = sorted((before, ends[side]))[side]
         return ends[0], ends[1]
 
-    def _passed(self, side: int, row: Rows) -> None:
-        """Take note of where a step ends."""
-        self._nodes[side].append(row._replace(first=_SIGNS[side] * row.first))
+    def _lead(self, until: Array) -> None:
+        """Follow both sides to shares `(2,)` or beyond, and take note of where steps end."""
+        while (going := self._lines.going(until)).size:
+            for side in self._lines.advance(going).tolist():
+                row = self._lines.rows.of([side])
+                self._nodes[side].append(row._replace(first=_SIGNS[side] * row.first))
 
     def _limit_at(self, side: int) -> tuple[float, bool]:
         """Return the drive position at which a side ends, and whether that is a dead point.

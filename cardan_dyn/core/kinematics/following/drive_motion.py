@@ -13,7 +13,7 @@ from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from .branch import TURN, Branch
 
-_MOST_TURNS = 1000
+MOST_TURNS = 1000
 """Greatest number of turns over which a drive that does not repeat is followed: each turn costs at
 least eight nodes, which are followed one by one."""
 _TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
@@ -168,13 +168,13 @@ class DriveMotion:
             return None  # The samples may lie on this side of what stops it.
         if repeats:
             return self.branch.period
-        if ahead > _MOST_TURNS * TURN:
+        if ahead > MOST_TURNS * TURN:
             raise AssemblyError(
                 f"the mechanism does not repeat within a few turns of {self._drive!r}, so "
                 f"{ahead / TURN:.0f} turns cannot be followed; sweep over at most "
-                f"{_MOST_TURNS} turns",
+                f"{MOST_TURNS} turns",
                 position=farthest,
-                nearest=self._start + float(np.copysign(_MOST_TURNS * TURN, farthest)),
+                nearest=self._start + float(np.copysign(MOST_TURNS * TURN, farthest)),
                 residual=0.0,
                 sample=int(np.argmax(positions == farthest)),
             )

@@ -13,7 +13,7 @@ from ...mechanism.kept import Kept
 from ..closing.all_groups import Kinematics
 from ..tolerances import CLOSURE_TOLERANCE, REGULAR_CONDITION
 from .branch import Branch
-from .lines import OnLines, samples_on_lines
+from .lines import along_lines
 
 _LINES = 5
 """Straight lines that are followed where there are several drives."""
@@ -44,10 +44,9 @@ def scouts(kinematics: Kinematics, start: Array, kept: Kept) -> Array:
             x = Branch.shared(kinematics, start, kept).states(float(way[0]))
             x = x[some(len(x), _LINES * len(_SHARES))]
         else:
-            ends = start[columns] + way * generic(_LINES, len(columns))
-            line, share = np.repeat(np.arange(_LINES), len(_SHARES)), np.tile(_SHARES, _LINES)
-            on = OnLines(line, share)
-            x = samples_on_lines(kinematics, start[None, :], columns, ends, on).x
+            ways = (way * generic(_LINES, len(columns)))[:, None] * _SHARES[:, None]
+            ends = start[columns] + ways.reshape(-1, len(columns))
+            x, _ = along_lines(kinematics, start[None, :], columns, ends)
         state = kinematics.close(x)
     serves = (state.residual < CLOSURE_TOLERANCE) & (state.condition < REGULAR_CONDITION)
     return np.concatenate([start[None, :], state.x[serves]])
