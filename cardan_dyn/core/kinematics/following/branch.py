@@ -133,9 +133,9 @@ class Branch:
             way = np.diff(positions)
             curves = rows.of(slice(-1)).quintics(way / self.unit, rows.of(slice(1, None)))
             scale = kinematics.coordinates.scale
-            # What is interpolated is off by some hundredth of the fifth coefficient; the square of
-            # that is to be rounding, for Newton's method.
-            fifth = np.max(np.abs(curves[5]) * scale, axis=1, initial=0.0) / (64.0 * EPS**0.5)
+            # What is interpolated is off by a hundredth of the fifth coefficient at most; a step of
+            # Newton's method leaves its square, which is to be rounding.
+            fifth = np.max(np.abs(curves[5]) * scale, axis=1, initial=0.0) / (100.0 * EPS**0.5)
             # What does not become smaller by parts is left to whoever closes guesses.
             (long,) = np.nonzero((fifth > 1.0) & (way > LEAST_LEAD * self.unit))
             if not long.size:

@@ -141,9 +141,9 @@ class Lines:
         self.share = np.zeros(len(ends))
         with np.errstate(all="ignore"):  # Ends out of reach may overflow; no step is taken then.
             self.rows = Rows.along(kinematics, state, self._way)
-        # Assembly modes meet no nearer than that: at a distance δ from there, the condition number
-        # is about 3/δ or more.
-        self._step = self._margin.copy() if leads else np.ones(len(ends))
+        # At a distance δ from where assembly modes meet, the condition number is about 3/δ or more:
+        # half of that way is the most that a step may go, as long as no other is known.
+        self._step = 1.5 * self._margin if leads else np.ones(len(ends))
 
     def going(self, until: Array | float = 1.0) -> Array:
         """Return which lines (index) are not yet at shares `(L,)`, and can be followed farther."""
