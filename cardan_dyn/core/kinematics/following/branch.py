@@ -24,9 +24,6 @@ from .lines import LEAST_LEAD, Lines, Rows, quintic
 _TURNS_TRIED = 12
 """Turns of the drive after which a mechanism is tried for repetition. Velocity ratios of small
 whole numbers repeat within them."""
-_STEEP = 100.0
-"""Derivative of a coordinate [rad, or lengths of the mechanism, per unit of the drive] from which
-on an end counts as near a dead point of the drive, where derivatives grow without bound."""
 _REACH_OF_SLIDE = 10.0
 """Characteristic lengths over which a sliding drive is followed to each side of the start before
 its range counts as unlimited there. A slide that loops limit moves by about the lengths of their
@@ -181,23 +178,18 @@ class Branch:
             Where it ends on either side; ±inf where it leads as far as was asked for.
         """
         # Nodes lie beyond, so that what lies between two of them does not depend on what was asked.
-        ways = (self.start - low) / self.unit, (high - self.start) / self.unit
-        until = [math.nextafter(way, math.inf) if way > 0.0 else -1.0 for way in ways]
-        ends = [-np.inf, np.inf]
+        ways = np.array([self.start - low, high - self.start]) / self.unit
+        until = np.where(ways > 0.0, np.nextafter(ways, np.inf), -1.0)
+        ends = _SIGNS * np.inf
         with self._lock:
-            shares = self._lines.share.tolist()
-            if any(share < way for share, way in zip(shares, until, strict=True)):
-                self._lead(np.array(until))
-                shares = self._lines.share.tolist()
-            for side, (share, way) in enumerate(zip(shares, until, strict=True)):
-                if not share < way:
-                    continue
+            self._lead(until)
+            for side in np.nonzero(self._lines.share < until)[0].tolist():
                 limit, is_dead_point = self._limit_at(side)
                 ends[side] = self.span[side]
                 if is_dead_point:
                     before = limit - _SIGNS[side] * LEAST_LEAD * self.unit
                     ends[side] = sorted((before, ends[side]))[side]
-        return ends[0], ends[1]
+        return float(ends[0]), float(ends[1])
 
     def _lead(self, until: Array) -> None:
         """Follow both sides to shares `(2,)` or beyond, and take note of where steps end."""
@@ -211,32 +203,22 @@ class Branch:
 
         Near a dead point passive joints move like the square root of the distance that remains,
         which gives that distance from the first two derivatives. Where assembly modes meet, the
-        reciprocal condition number falls to zero in proportion to it.
+        margin falls to zero in proportion to it; near a dead point that tells of a farther place.
         """
-        nodes = self._nodes[side]
-        position = float(nodes[-1].x[0, self._column])
-        if len(nodes) < 2:
-            return position, False
-        scale = self.kinematics.coordinates.scale
-        slope, half_curvature = nodes[-1].first[0] * scale, nodes[-1].second[0] * scale
+        lines, scale = self._lines, self.kinematics.coordinates.scale
+        slope, half_curvature = (values[side] * scale for values in lines.rows[1:])
         steepest = int(np.argmax(np.abs(slope)))
-        is_steep = bool(abs(slope[steepest]) >= _STEEP)
-        if is_steep:
-            # A steep curve without curvature leads to no limit; its quotient, an infinity, is
-            # refused.
-            with np.errstate(divide="ignore"):
-                remaining = float(slope[steepest] / (4.0 * half_curvature[steepest]))
-        else:
-            states = np.concatenate([nodes[-1].x, nodes[-2].x])
-            margin, margin_before = 1.0 / self.kinematics.evaluate(states).condition
-            step, remaining = (position - float(nodes[-2].x[0, self._column])) / self.unit, 0.0
-            if margin_before > margin:
-                remaining = float(step * margin / (margin_before - margin))
-        # Where derivatives are that steep, less is left than their square tells; and the last steps
-        # before a limit are much shorter, so one that lies farther away is a wrong estimate.
-        if not abs(remaining) < _STEEP**-2:
-            return position, False
-        return position + remaining * self.unit, is_steep
+        # A steep curve without curvature leads to no limit; its quotient, an infinity, is refused.
+        with np.errstate(all="ignore"):
+            of_root = float(slope[steepest] / (4.0 * half_curvature[steepest]))
+        is_dead_point = 0.0 < of_root < lines.left[side]
+        remaining = of_root if is_dead_point else float(lines.left[side])
+        # The last steps before a limit are far shorter, so one that lies farther away than the root
+        # of the shortest step is a wrong estimate.
+        if not remaining < EPS**0.25:
+            remaining, is_dead_point = 0.0, False
+        position = self.span[side]
+        return float(position + _SIGNS[side] * remaining * self.unit), is_dead_point
 
     def find_period(self, within: float = np.inf) -> bool:
         """Follow the branch over whole turns of the drive until it repeats, if it does.

@@ -218,9 +218,6 @@ class JointMotion:
     def write(self, followed: tuple[Array, ...], targets: Targets, x: Array, turns: Array) -> None:
         """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
         (own_x, own_turns, _), columns = followed, self._columns
-        if len(x) == 1:
-            x[0, columns], turns[0, columns] = own_x[0, columns], own_turns[0, columns]
-            return
         for own, rows in (own_x, x), (own_turns, turns):
             for block in blocks(len(own)):
                 rows[block, columns] = own[block, columns]

@@ -113,6 +113,8 @@ class Lines:
         rows: of the L closed configurations where lines are, with derivatives with respect to the
             share.
         share: `(L,)` of each line that was followed.
+        left: `(L,)` shares to where assembly modes meet, as far as is known of lines that lead on;
+            half of it is the most that a step goes.
     """
 
     def __init__(
@@ -141,9 +143,9 @@ class Lines:
         self.share = np.zeros(len(ends))
         with np.errstate(all="ignore"):  # Ends out of reach may overflow; no step is taken then.
             self.rows = Rows.along(kinematics, state, self._way)
-        # At a distance δ from where assembly modes meet, the condition number is about 3/δ or more:
-        # half of that way is the most that a step may go, as long as no other is known.
-        self._step = 1.5 * self._margin if leads else np.ones(len(ends))
+        # At a distance δ from where assembly modes meet, the condition number is about 3/δ or more.
+        self.left = 3.0 * self._margin
+        self._step = 0.5 * self.left if leads else np.ones(len(ends))
 
     def going(self, until: Array | float = 1.0) -> Array:
         """Return which lines (index) are not yet at shares `(L,)`, and can be followed farther."""
@@ -180,12 +182,11 @@ class Lines:
         for inverse, after in zip(self._inverses, state.inverses, strict=True):
             inverse[done] = after[taken]
         if self._leads:
-            # The margin is taken to fall in proportion to the distance from where it vanishes;
-            # half of the way there is the most that a step may go.
+            # The margin is taken to fall in proportion to the distance from where it vanishes.
             before, margin = self._margin[done], 1.0 / state.condition[taken]
             self._margin[done] = margin
-            half = 0.5 * length[taken] * margin / np.maximum(before - margin, 0.0)
-            self._step[done] = np.fmin(self._step[done], half)
+            self.left[done] = length[taken] * margin / np.maximum(before - margin, 0.0)
+            self._step[done] = np.fmin(self._step[done], 0.5 * self.left[done])
         return done
 
 
