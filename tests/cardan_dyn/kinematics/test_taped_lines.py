@@ -24,6 +24,11 @@ def motion_of(mechanism: cd.Mechanism, drives: list[str], **options: object) -> 
     return part
 
 
+def units(part: JointMotion) -> np.ndarray:
+    """What counts as a radian of each drive: a slide by the length of the mechanism."""
+    return 1.0 / part._kinematics.coordinates.scale[part._drive_columns]
+
+
 def on_tapes(part: JointMotion, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     assert part._taped is not None
     return part._taped.ends(positions)
@@ -55,7 +60,7 @@ def test_bundled_mechanisms(
 ) -> None:
     part = motion_of(cd.load(name), drives, **options)
     rng = np.random.default_rng(3)
-    ahead = reach * part._units * rng.uniform(-1.0, 1.0, (150, len(drives)))
+    ahead = reach * units(part) * rng.uniform(-1.0, 1.0, (150, len(drives)))
     positions = part._start[part._drive_columns] + ahead
     x, is_there = on_tapes(part, positions)
     expected, in_reach = in_general(part, positions)
@@ -78,7 +83,7 @@ def test_random_chains(seed: int) -> None:
         if not isinstance(part, JointMotion) or part._taped is None:
             continue
         columns = part._drive_columns
-        ahead = part._units * rng.uniform(-1.5, 1.5, (100, len(columns)))
+        ahead = units(part) * rng.uniform(-1.5, 1.5, (100, len(columns)))
         ahead *= rng.choice([0.1, 0.4, 1.0], (100, 1))
         positions = part._start[columns] + ahead
         x, is_there = on_tapes(part, positions)

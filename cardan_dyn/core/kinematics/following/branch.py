@@ -41,13 +41,11 @@ class _Table(NamedTuple):
         rows: of the K nodes in ascending order, with derivatives with respect to the drive.
         positions: `(K,)` of the drive.
         curves: polynomials `(6, K - 1, size)` between neighbouring nodes.
-        counts: how many nodes of each side stand in it, those between others left out.
     """
 
     rows: Rows
     positions: Array
     curves: Array
-    counts: list[int]
 
 
 class Branch:
@@ -78,10 +76,9 @@ class Branch:
         self._turns_tried = 0
         ends = self.start + self.unit * _SIGNS[:, None]
         self._lines = Lines(kinematics, start[None, :], [self._column], ends, leads=True)
-        # Of each side, where steps end, from the start on.
-        begin = self._lines.rows.of([1])
-        self._nodes = [begin], [begin]
-        self._known = self._tabled(begin, [1, 1])
+        self._known = self._tabled(self._lines.rows.of([1]))
+        # Of each side, where steps end behind what stands in the table.
+        self._ahead: tuple[list[Rows], list[Rows]] = [], []
         self._lock = threading.RLock()
 
     @staticmethod
@@ -99,7 +96,7 @@ class Branch:
     @property
     def span(self) -> tuple[float, float]:
         """Drive positions of the first and the last node."""
-        low, high = (float(nodes[-1].x[0, self._column]) for nodes in self._nodes)
+        low, high = self._lines.rows.x[:, self._column].tolist()
         return low, high
 
     def states(self, way: float) -> Array:
@@ -114,15 +111,13 @@ class Branch:
     @property
     def _table(self) -> _Table:
         with self._lock:
-            known, counts = self._known, [len(nodes) for nodes in self._nodes]
-            if counts != known.counts:
-                below, above = (
-                    nodes[count:] for nodes, count in zip(self._nodes, known.counts, strict=True)
-                )
-                self._known = self._tabled(_joined(*below[::-1], known.rows, *above), counts)
+            below, above = self._ahead
+            if below or above:
+                self._known = self._tabled(_joined(*below[::-1], self._known.rows, *above))
+                self._ahead = [], []
             return self._known
 
-    def _tabled(self, rows: Rows, counts: list[int]) -> _Table:
+    def _tabled(self, rows: Rows) -> _Table:
         """Return a table with nodes in ascending order, and others between them as needed."""
         kinematics, column = self.kinematics, self._column
         while True:
@@ -138,7 +133,7 @@ class Branch:
             if not long.size:
                 for values in rows:
                     values.setflags(write=False)
-                return _Table(rows, positions, curves, counts)
+                return _Table(rows, positions, curves)
             parts = np.ceil(fifth[long] ** 0.2).astype(int)
             share = np.concatenate([np.arange(1, count) / count for count in parts.tolist()])
             long = long.repeat(parts - 1)
@@ -166,7 +161,9 @@ class Branch:
 
                 nearest, _ = self._limit_at(side)
                 at_end = abs(target - nearest) < LEAST_LEAD * self.unit
-                nodes = np.concatenate([node.x for node in self._nodes[side]])
+                nodes = self._table.rows.x
+                nodes = nodes[_SIGNS[side] * (nodes[:, self._column] - self.start) >= 0.0]
+                nodes = nodes if side else nodes[::-1]
                 raise beyond_branch(self.kinematics, self._column, target, nearest, nodes, at_end)
 
     def reached(self, low: float, high: float) -> tuple[float, float]:
@@ -196,7 +193,7 @@ class Branch:
         while (going := self._lines.going(until)).size:
             for side in self._lines.advance(going).tolist():
                 row = self._lines.rows.of([side])
-                self._nodes[side].append(row._replace(first=_SIGNS[side] * row.first))
+                self._ahead[side].append(row._replace(first=_SIGNS[side] * row.first))
 
     def _limit_at(self, side: int) -> tuple[float, bool]:
         """Return the drive position at which a side ends, and whether that is a dead point.

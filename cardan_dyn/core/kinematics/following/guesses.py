@@ -165,7 +165,7 @@ class Guesses:
         x = self._start[None, :].repeat(targets.size, axis=0)
         turns, is_there = np.zeros(x.shape), None
         if self._motionless:
-            self._set_drives(x, targets)
+            x[:, self._columns] = targets.prescribed
             return Guess(x, turns, False)
         # All of them are followed before any is written.
         every = [part.followed(targets, along_path, strict) for part in self._parts]
@@ -174,20 +174,11 @@ class Guesses:
         for part in self._parts:
             # What was followed is let go as soon as it is written.
             part.write(every.pop(0), targets, x, turns)
-        self._set_drives(x, targets)
+        x[:, self._columns] = targets.prescribed
         if np.count_nonzero(turns[:, self._columns]):
             turns[:, self._columns] = 0.0
         self._problem.mechanism.coordinates.normalised(x)
         return Guess(x, turns, not self._has_joint_motion, is_there)
-
-    def _set_drives(self, x: Array, targets: Targets) -> None:
-        """Write the prescribed positions into coordinates `(N, size)`."""
-        count = targets.given.shape[-1]
-        x[:, self._columns[:count]] = targets.positions
-        if targets.held:
-            designs, of = targets.designs, targets.design_of
-            for column, values in zip(self._columns[count:], designs.T, strict=True):
-                x[:, column] = values[of]
 
     def period(self) -> float | None:
         """Return the drive displacement [rad] after which the motion repeats, None if it does not.
@@ -219,11 +210,14 @@ class Guesses:
         return not all(isinstance(part, DriveMotion) for part in self._parts)
 
     def _part(self, drives: list[int], groups: list[int]) -> DriveMotion | JointMotion:
-        common = self._problem, self._open, self._start, drives, groups
+        common = self._problem, self._open.part(drives, groups), self._start, drives
         if len(drives) == 1:
             from .drive_motion import DriveMotion  # First guesses need it, scenes do not.
 
-            return DriveMotion(*common, varied=self._varied)
+            return DriveMotion(*common, self._varied)
         from .joint_motion import JointMotion  # Most scenes have a single drive.
 
-        return JointMotion(*common, lambda: self.kinematics, self.orders, varied=self._varied)
+        def known() -> Kinematics:
+            return self.kinematics.part(drives, groups)
+
+        return JointMotion(*common, known, self.orders, self._varied)

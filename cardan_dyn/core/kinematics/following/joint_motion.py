@@ -32,9 +32,6 @@ class JointMotion:
     positions along a straight line, then the drives to theirs. Before the latter, whole turns are
     taken off the drives that bring the mechanism back to itself when they turn alone, from there;
     where the rest of the way is not open, the drives move along the whole straight line.
-
-    Attributes:
-        groups: indices of the groups whose passives they move.
     """
 
     def __init__(
@@ -43,28 +40,23 @@ class JointMotion:
         kinematics: Kinematics,
         start: Array,
         drives: list[int],
-        groups: list[int],
         known: Callable[[], Kinematics],
         orders: Callable[[Tree, Roles], Orders],
         varied: int = 0,
     ) -> None:
         """Begin at the start; arguments as of `DriveMotion`, with several drives.
 
-        The last `varied` drives of the problem are held joints; `known` returns the scene's
-        kinematics with the rows that are independent over the motion, `orders` see `Orders`.
+        The last `varied` drives of the problem are held joints; `known` returns the kinematics with
+        the rows that are independent over the motion, `orders` see `Orders`.
         """
-        self.groups = groups
         self._drives, self._mechanism = drives, problem.mechanism
         self._names = tuple(problem.independent[index] for index in drives)
-        # With all rows that open loops can reach.
-        self._kinematics = kinematics.part(drives, groups)
+        self._kinematics, self._known = kinematics, known
+        self._groups = list(range(len(kinematics.solvers)))
         self._start, self._orders = start, orders
-        self._known: Callable[[], Kinematics] = lambda: known().part(drives, groups)
         coordinates = problem.mechanism.coordinates
         self._drive_columns = coordinates.columns_of(self._names)
-        self._columns = coordinates.columns_moved_by(self._kinematics.moved)
-        # A slide counts as one radian when it moves by the mechanism's length.
-        self._units = 1.0 / coordinates.scale[self._drive_columns]
+        self._columns = coordinates.columns_moved_by(kinematics.moved)
         # By their indices among these drives.
         first_varied = len(problem.independent) - varied
         self._driven = [k for k, index in enumerate(drives) if index < first_varied]
@@ -136,7 +128,7 @@ class JointMotion:
 
     def _period(self, index: int) -> float:
         """Return a drive's period [rad] while the others rest at the start; a turn if none."""
-        kinematics = self._kinematics.part([index], list(range(len(self.groups))))
+        kinematics = self._kinematics.part([index], self._groups)
         branch = Branch.shared(kinematics, self._start, self._mechanism.kept)
         with suppress(AssemblyError, SingularConfigurationError):
             branch.find_period()
@@ -185,14 +177,14 @@ class JointMotion:
 
         And which of them are there `(N,)`. What moves alike is followed once.
         """
-        groups, moved = list(range(len(self.groups))), list[int]()
+        moved = list[int]()
         x, is_there = np.tile(self._start, (len(own), 1)), np.ones(len(own), dtype=bool)
         for leg in self._legs:
             moved += leg
             _, chosen, of = np.unique(own[:, moved], axis=0, return_index=True, return_inverse=True)
             columns = [self._drive_columns[index] for index in leg]
             found, ends = along_lines(
-                kinematics.part(leg, groups), x[chosen], columns, own[chosen][:, leg]
+                kinematics.part(leg, self._groups), x[chosen], columns, own[chosen][:, leg]
             )
             x, is_there = np.where(is_there[:, None], found[of], x), is_there & ends[of]
         return x, is_there
