@@ -306,7 +306,7 @@ class ProblemSolver(Frozen):
                 overwrite them with its own.
             turns: `(N, size)` whole turns that the angles in `x` lack.
         """
-        return self._in_blocks(targets, Guess(x, turns, True), True)
+        return self._in_blocks(targets, Guess(x, turns), True)
 
     def assemble_at(self, targets: Targets, near: Mapping[str, Array]) -> AssembledPositions:
         """Return what `assemble` does, where positions of the joints are known already.
