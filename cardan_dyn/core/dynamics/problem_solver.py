@@ -308,7 +308,7 @@ class ProblemSolver(Frozen):
                 overwrite them with its own.
             turns: `(N, size)` whole turns that the angles in `x` lack.
         """
-        return self._in_blocks(targets, Guess(x, turns, True), True)
+        return self._in_blocks(targets, Guess(x, turns), True)
 
     def assembled_at(self, targets: Targets, near: Mapping[str, Array]) -> AssembledPositions:
         """Return what `assembled_in_turn` does, where positions of the joints are known already.

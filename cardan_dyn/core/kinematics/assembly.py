@@ -126,7 +126,7 @@ class Assembly:
             SingularConfigurationError: a position is a dead point.
         """
         state = self.kinematics.close(guess.x, guess.turns, settles=True)
-        is_closed = _is_closed(state, guess)
+        is_closed = _is_closed(state)
         if np.count_nonzero(is_closed) < len(is_closed):
             from .diagnosis.reach import open_at  # Imported here: only errors need it.
 
@@ -157,7 +157,7 @@ class Assembly:
             block = guess.of_samples(span)
             with np.errstate(all="ignore"):  # What is out of reach may overflow.
                 state = self.kinematics.close(block.x, block.turns)
-                is_good = _is_closed(state, block) & (state.condition <= SINGULAR_CONDITION)
+                is_good = _is_closed(state) & (state.condition <= SINGULAR_CONDITION)
             is_there[span] &= is_good
         return is_there
 
@@ -172,11 +172,16 @@ class Assembly:
         """
         if self._problem.mechanism.drivable[self._problem.independent[0]].slides:
             return None
-        return self._guesses.period() if self.decided.size else 2.0 * np.pi
+        branch = self._guesses.branch
+        if branch is None:
+            return 2.0 * np.pi
+        branch.find_period()
+        return branch.period
 
     def motion_range(self) -> tuple[float, float]:
         """Return the limits of the only drive [rad or m], ±inf where it has none."""
-        return self._guesses.reach
+        branch = self._guesses.branch
+        return (-np.inf, np.inf) if branch is None else branch.reach()
 
     def modes(self) -> AssemblyModes:
         """Return the assembly modes with the drives where the description's own mode starts.
@@ -230,10 +235,9 @@ def _guesses_of(problem: Problem) -> Guesses:
     return Assembly(replace(problem, branch=_FIRST_MODE))._guesses
 
 
-def _is_closed(state: ClosedState, guess: Guess) -> Array:
+def _is_closed(state: ClosedState) -> Array:
     """Return `(N,)` whether loops are closed, in the assembly mode in which guesses were."""
-    is_closed: Array = state.residual < CLOSURE_TOLERANCE
-    if guess.followed:
-        # The negated comparison counts what is not a number as near, as its residual is judged.
-        is_closed &= ~(state.correction > SAFE_CORRECTION)
-    return is_closed
+    # At singular positions, which are refused as such, rounding decides how far guesses are off.
+    strays = (state.correction > SAFE_CORRECTION) & (state.condition <= SINGULAR_CONDITION)
+    # What is not a number counts as near; its residual is judged.
+    return (state.residual < CLOSURE_TOLERANCE) & ~strays

@@ -8,6 +8,7 @@ axes of all joints lie on the same lines, and the centres of balls at the same p
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from string import ascii_uppercase
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +31,6 @@ new pose. A pose to which as few starts lead as to that one is missed by one sea
 most poses are found by many starts."""
 _MOST_ROUNDS = 32
 """Rounds after which the search ends in any case, and says that it was not complete."""
-_LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 class AssemblyModes(NamedTuple):
@@ -74,7 +74,10 @@ def assembly_modes(
         first: `(size,)` closed coordinates of the description's own mode.
         idle: joints at the ends of idle rods, which may have any position in every mode.
     """
-    search = _Search(mechanism, first, idle)
+    in_balls = hinges_in_balls(mechanism)
+    # Of each pose its outline, and its modes with their shapes.
+    outlines: list[Array] = []
+    poses: list[list[tuple[Array, Array]]] = []
     # The same starts at every call, so that a mode has the same name every time.
     generator = np.random.default_rng(1)
     starts = last_new = 0
@@ -84,78 +87,53 @@ def assembly_modes(
             x[0] = first
         with np.errstate(all="ignore"):  # Starts that do not converge may overflow.
             state = kinematics.close(x, most=MOST_STEPS_FROM_AFAR)
-        is_closed = (state.residual < CLOSURE_TOLERANCE) & (state.condition < SINGULAR_CONDITION)
+        x = state.x[(state.residual < CLOSURE_TOLERANCE) & (state.condition < SINGULAR_CONDITION)]
         starts += _STARTS
-        if search.add(state.x[is_closed]):
-            last_new = starts
-    return AssemblyModes(search.poses(), starts, last_new, starts > _MORE * last_new)
+        shapes, found = _shapes(mechanism, x, first, idle), _outlines(mechanism, x, in_balls, idle)
+        for row, shape, outline in zip(x, shapes, found, strict=True):
+            pose = _index_of(outline, outlines)
+            if pose == len(outlines):
+                outlines.append(outline)
+                poses.append([])
+                last_new = starts
+            if _index_of(shape, [known for known, _ in poses[pose]]) == len(poses[pose]):
+                poses[pose].append((shape, row))
+    for modes in poses:
+        modes.sort(key=_rank)
+    poses.sort(key=lambda modes: _rank(modes[0]))
+    rows = [[row for _, row in modes] for modes in poses]
+    return AssemblyModes(rows, starts, last_new, starts > _MORE * last_new)
 
 
-class _Search:
-    """The modes found so far."""
+def _shapes(mechanism: Mechanism, x: Array, first: Array, idle: Collection[str]) -> Array:
+    """Return rows that are equal for equal modes: spins of idle rods make no difference."""
+    x = x.copy()
+    for name in idle:
+        columns = mechanism.coordinates.columns[name]
+        x[:, columns] = first[columns]
+    return mechanism.coordinates.apart(x, first)
 
-    def __init__(self, mechanism: Mechanism, first: Array, idle: Collection[str]) -> None:
-        self._mechanism = mechanism
-        self._first = first
-        self._idle = idle
-        self._in_balls = hinges_in_balls(mechanism)
-        # Modes by pose; shapes of modes and outlines of poses that are different from each other.
-        self._modes: list[list[Array]] = []
-        self._shapes: list[list[Array]] = []
-        self._outlines: list[Array] = []
 
-    def add(self, x: Array) -> bool:
-        """Add closed coordinates `(K, size)`; return whether there is a new pose among them."""
-        known = len(self._outlines)
-        shapes = self._shapes_of(x)
-        for row, shape, outline in zip(x, shapes, self._outlines_of(x), strict=True):
-            pose = _index_of(outline, self._outlines)
-            if pose == len(self._outlines):
-                self._outlines.append(outline)
-                self._modes.append([])
-                self._shapes.append([])
-            if _index_of(shape, self._shapes[pose]) == len(self._shapes[pose]):
-                self._modes[pose].append(row)
-                self._shapes[pose].append(shape)
-        return len(self._outlines) > known
-
-    def poses(self) -> list[list[Array]]:
-        """Return the modes of all poses, those near the first mode first."""
-        poses = []
-        for modes, shapes in zip(self._modes, self._shapes, strict=True):
-            ranks = [_rank(shape) for shape in shapes]
-            order = sorted(range(len(modes)), key=ranks.__getitem__)
-            poses.append((ranks[order[0]], [modes[index] for index in order]))
-        return [modes for _, modes in sorted(poses, key=lambda pose: pose[0])]
-
-    def _shapes_of(self, x: Array) -> Array:
-        """Return rows that are equal for equal modes: spins of idle rods make no difference."""
-        coordinates = self._mechanism.coordinates
-        x = x.copy()
-        for name in self._idle:
-            columns = coordinates.columns[name]
-            x[:, columns] = self._first[columns]
-        return coordinates.apart(x, self._first)
-
-    def _outlines_of(self, x: Array) -> Array:
-        """Return rows `(K, s)` that are equal for equal poses: lines and points of all joints."""
-        frames, length = self._mechanism.frames, self._mechanism.characteristic_length
-        placed = frames.placed(x)
-        parts = []
-        for motion, frame in zip(frames.motions, placed, strict=True):
-            point = frame[3] / length
-            is_idle = frames.joints[motion.joint] in self._idle
-            if motion.kind == "ball" or motion.rate in self._in_balls or is_idle:
-                parts.append(point)
-                continue
-            axis = np.einsum("c,cin->in", motion.axis, frame[:3])
-            # A line has no sense: the axis is seen by its products only.
-            parts += [axis[0] * axis, axis[1] * axis, axis[2] * axis]
-            if motion.kind == "turn":
-                parts.append(point - np.sum(point * axis, axis=0) * axis)
-        # A coupling counts how far joints have turned, so their flips move what it couples.
-        coupled = x[:, _coupled_columns(self._mechanism)].T
-        return np.concatenate([*parts, np.cos(coupled), np.sin(coupled)]).T
+def _outlines(
+    mechanism: Mechanism, x: Array, in_balls: Collection[int], idle: Collection[str]
+) -> Array:
+    """Return rows `(K, s)` that are equal for equal poses: lines and points of all joints."""
+    frames, length = mechanism.frames, mechanism.characteristic_length
+    parts = []
+    for motion, frame in zip(frames.motions, frames.placed(x), strict=True):
+        point = frame[3] / length
+        is_idle = frames.joints[motion.joint] in idle
+        if motion.kind == "ball" or motion.rate in in_balls or is_idle:
+            parts.append(point)
+            continue
+        axis = np.einsum("c,cin->in", motion.axis, frame[:3])
+        # A line has no sense: the axis is seen by its products only.
+        parts += [axis[0] * axis, axis[1] * axis, axis[2] * axis]
+        if motion.kind == "turn":
+            parts.append(point - np.sum(point * axis, axis=0) * axis)
+    # A coupling counts how far joints have turned, so their flips move what it couples.
+    coupled = x[:, _coupled_columns(mechanism)].T
+    return np.concatenate([*parts, np.cos(coupled), np.sin(coupled)]).T
 
 
 def _coupled_columns(mechanism: Mechanism) -> list[int]:
@@ -168,11 +146,12 @@ def _coupled_columns(mechanism: Mechanism) -> list[int]:
     return mechanism.coordinates.column_of(np.array(sorted(rates), dtype=int)).tolist()
 
 
-def _rank(shape: Array) -> tuple[float, ...]:
+def _rank(mode: tuple[Array, Array]) -> tuple[float, ...]:
     """Return by what a mode comes before or behind others: first how far off the first mode it is.
 
     Those as far off come in the order of their joints; rounding decides nothing.
     """
+    shape, _ = mode
     return tuple(np.rint(np.append(np.linalg.norm(shape), shape) / MOVES).tolist())
 
 
@@ -209,8 +188,8 @@ def mode_name(pose: int, variant: int = 0) -> str:
     name = ""
     pose += 1
     while pose:
-        pose, letter = divmod(pose - 1, len(_LETTERS))
-        name = _LETTERS[letter] + name
+        pose, letter = divmod(pose - 1, len(ascii_uppercase))
+        name = ascii_uppercase[letter] + name
     return f"{name}{variant + 1}" if variant else name
 
 

@@ -243,8 +243,7 @@ class _Way:
         if len(away) > 1:
             together = self._division.system.together(states[-1], away, passives, self._left_out)
         for joint, value in held.items():
-            known = together if joint in away else None
-            states.append(self._moved("held", states[-1], joint, value, passives, known))
+            states.append(self._moved("held", states[-1], joint, value, passives, together))
 
     def _moved(
         self,

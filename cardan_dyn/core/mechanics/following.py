@@ -50,6 +50,15 @@ class Place(NamedTuple):
     a: Mapping[int, Scalar]
     sides: Sequence[Scalar]
 
+    def longest(self) -> Scalar:
+        """Return the longest part of the way that a step may go from here."""
+        fastest: Scalar = 0.0
+        most_bent: Scalar = 0.0
+        for rate, value in self.v.items():
+            fastest = greater(fastest, absolute(value))
+            most_bent = greater(most_bent, absolute(self.a[rate]))
+        return longest(fastest, most_bent)
+
 
 class Step(NamedTuple):
     """What is left of a line after a step, or one that was not taken.
@@ -98,7 +107,7 @@ class Line(NamedTuple):
             rest: part of the way that is left.
             length: of the step, as a part of the way.
         """
-        length = smaller(length, _longest(place))
+        length = smaller(length, place.longest())
         is_last = length - rest
         length = select(is_last, rest, length)
         left = select(is_last, 0.0, rest - length)
@@ -112,9 +121,7 @@ class Line(NamedTuple):
             taken = smaller(taken, side * before)
         # Lines stay where they end, whatever others do; and where steps have become tiny.
         taken = smaller(taken, smaller(rest, length - SHORTEST))
-        # The error grows with the third power of the step.
-        longer = select(0.06 * ALLOWED - error, 2.0, select(0.4 * ALLOWED - error, 1.25, 0.8))
-        rest, length = select(taken, left, rest), length * select(taken, longer, 0.4)
+        rest, length = select(taken, left, rest), next_length(length, error, taken)
         return Step(_chosen(taken, new, place), rest, length, select(length - SHORTEST, rest, 0.0))
 
     def corrected(
@@ -185,14 +192,28 @@ class Line(NamedTuple):
         return result
 
 
-def _longest(place: Place) -> Scalar:
-    """Return the longest part of the way that a step may go from a place."""
-    fastest: Scalar = 0.0
-    most_bent: Scalar = 0.0
-    for rate, value in place.v.items():
-        fastest = greater(fastest, absolute(value))
-        most_bent = greater(most_bent, absolute(place.a[rate]))
+def longest(fastest: Scalar, most_bent: Scalar) -> Scalar:
+    """Return the longest part of the way that a step may go.
+
+    Args:
+        fastest: greatest first derivative with respect to the way [rad, or lengths].
+        most_bent: likewise the second.
+    """
     return smaller(LONGEST / fastest, sqrt(2.0 * LONGEST / most_bent))
+
+
+def next_length(length: Scalar, error: Scalar, taken: Scalar) -> Scalar:
+    """Return the length of the step that is to be tried next.
+
+    The error grows with the third power of the step.
+
+    Args:
+        length: of the step that was tried.
+        error: what its prediction was off by.
+        taken: positive where the step was taken.
+    """
+    longer = select(0.06 * ALLOWED - error, 2.0, select(0.4 * ALLOWED - error, 1.25, 0.8))
+    return length * select(taken, longer, 0.4)
 
 
 def _chosen(taken: Scalar, new: Place, old: Place) -> Place:

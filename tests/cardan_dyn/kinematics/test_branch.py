@@ -59,7 +59,7 @@ def test_a_branch_grows_to_both_sides_and_never_shrinks() -> None:
 def test_what_is_covered_already_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     branch = branch_of(four_bar(), "A")
     branch.cover(-1.0, 1.0)
-    monkeypatch.setattr(Lines, "lead", None)
+    monkeypatch.setattr(Lines, "advance", None)
     branch.cover(-1.0, 1.0)
     branch.cover(0.0, 0.5)
 

@@ -24,7 +24,6 @@ from testkit.scenes import universal
 import cardan_dyn as cd
 from cardan_dyn.core.kinematics.assembly import Assembly
 from cardan_dyn.core.kinematics.following.branch import Branch
-from cardan_dyn.core.kinematics.following.drive_motion import DriveMotion
 from cardan_dyn.core.kinematics.following.guesses import Guess, Guesses
 from cardan_dyn.core.problem.arguments import checked
 from cardan_dyn.core.problem.samples import Targets
@@ -44,9 +43,8 @@ def five_bar_and_four_bar() -> cd.Mechanism:
 
 def branch_of(guesses: Guesses) -> Branch:
     """The branch of the only drive."""
-    (part,) = guesses._parts
-    assert isinstance(part, DriveMotion)
-    return part.branch
+    assert guesses.branch is not None
+    return guesses.branch
 
 
 def closed(guesses: Guesses, guess: Guess) -> np.ndarray:
@@ -61,7 +59,6 @@ def test_guesses_for_one_drive_are_nearly_closed() -> None:
     guesses = guesses_of(mechanism, "A")
     positions = np.linspace(-2.0, 3.0, 50)[:, None]
     guess = guesses.at(Targets.of_positions(positions))
-    assert guess.followed
     np.testing.assert_array_equal(values(mechanism, guess.x, "A"), positions[:, 0])
     np.testing.assert_allclose(pin_distance(mechanism, guess.x), COUPLER, rtol=1e-2)
     x = closed(guesses, guess)
@@ -88,7 +85,7 @@ def test_a_motion_that_repeats_is_followed_over_one_period_only() -> None:
     guesses = guesses_of(mechanism, "A")
     positions = np.array([[0.3], [0.3 + 10.0 * TURN], [0.3 - 4000.0 * TURN]])
     guess = guesses.at(Targets.of_positions(positions))
-    assert guesses.period() == pytest.approx(TURN)
+    assert branch_of(guesses).period == pytest.approx(TURN)
     low, high = branch_of(guesses).span
     assert high - low < 1.5 * TURN
     np.testing.assert_array_equal(values(mechanism, guess.x, "A"), positions[:, 0])
@@ -123,7 +120,7 @@ def test_wheels_that_do_not_repeat_are_followed_a_thousand_turns_at_most() -> No
     mechanism = geared(0.3819660112501051)
     guesses = guesses_of(mechanism, "A")
     guess = guesses.at(Targets.of_positions(np.array([[0.0], [20.0 * TURN]])))
-    assert guesses.period() is None
+    assert branch_of(guesses).period is None
     np.testing.assert_allclose(
         values(mechanism, closed(guesses, guess), "B")[1],
         0.3819660112501051 * 20.0 * TURN,
@@ -139,7 +136,7 @@ def test_wheels_that_do_not_repeat_are_followed_a_thousand_turns_at_most() -> No
 
 def test_a_period_that_cannot_be_turned_through_is_refused() -> None:
     with pytest.raises(cd.AssemblyError, match="cannot be closed"):
-        guesses_of(four_bar(), "D").period()
+        branch_of(guesses_of(four_bar(), "D")).find_period()
 
 
 def test_positions_out_of_reach_are_refused_again_and_again() -> None:
@@ -160,7 +157,6 @@ def test_several_drives_are_followed_together(along_path: bool, error: float) ->
     angle = np.linspace(0.0, TURN, 30)
     positions = 0.3 * np.stack([np.sin(angle), np.cos(angle)], axis=1)
     guess = guesses.at(Targets.of_positions(positions), along_path)
-    assert not guess.followed
     assert not np.any(guess.turns)
     x = closed(guesses, guess)
     for column, name in enumerate("AD"):
@@ -180,7 +176,6 @@ def test_drives_that_meet_in_no_group_are_followed_one_by_one() -> None:
     positions = rng.uniform(-9.0, 9.0, (40, 3))
     positions[7, 1] += 1000.0 * TURN
     guess = guesses.at(Targets.of_positions(positions))
-    assert guess.followed
     x = closed(guesses, guess)
     for index in range(3):
         expected = closed(alone, alone.at(Targets.of_positions(positions[:, [index]])))
@@ -196,7 +191,6 @@ def test_drives_that_meet_are_followed_beside_others() -> None:
     angle = np.linspace(0.0, TURN, 30)
     positions = 0.3 * np.stack([np.sin(angle), 20.0 * angle, np.cos(angle)], axis=1)
     guess = guesses.at(Targets.of_positions(positions))
-    assert not guess.followed
     x = closed(guesses, guess)
     for column, name in enumerate(("A", "crank_0", "D")):
         np.testing.assert_array_equal(values(mechanism, x, name), positions[:, column])
@@ -232,7 +226,6 @@ def test_without_passive_joints_nothing_is_followed() -> None:
     guess = guesses.at(Targets.of_positions(np.array([[1.0], [5e6]])))
     np.testing.assert_array_equal(values(mechanism, guess.x, "B"), [1.0, 5e6])
     np.testing.assert_array_equal(values(mechanism, guess.x, "A"), [0.7, 0.7])
-    assert not guess.followed
     assert "_parts" not in vars(guesses)
     np.testing.assert_array_equal(values(mechanism, guesses._start, "B"), 0.0)
 
@@ -242,7 +235,6 @@ def test_blocks_of_guesses_hold_the_same_samples() -> None:
     block = guess.of_samples(slice(2, 5))
     np.testing.assert_array_equal(block.x, guess.x[2:5])
     np.testing.assert_array_equal(block.turns, guess.turns[2:5])
-    assert block.followed is guess.followed
 
 
 def test_redundant_rows_follow_from_the_start_alone() -> None:

@@ -11,7 +11,6 @@ from testkit.planar_linkages import five_bar
 import cardan_dyn as cd
 from cardan_dyn.core.kinematics.assembly import Assembly
 from cardan_dyn.core.kinematics.following.joint_motion import JointMotion
-from cardan_dyn.core.kinematics.following.lines import Reached
 from cardan_dyn.core.mechanics.following import Line, Place
 from cardan_dyn.core.problem.arguments import checked
 
@@ -25,13 +24,18 @@ def motion_of(mechanism: cd.Mechanism, drives: list[str], **options: object) -> 
     return part
 
 
+def units(part: JointMotion) -> np.ndarray:
+    """What counts as a radian of each drive: a slide by the length of the mechanism."""
+    return 1.0 / part._kinematics.coordinates.scale[part._drive_columns]
+
+
 def on_tapes(part: JointMotion, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     assert part._taped is not None
     return part._taped.ends(positions)
 
 
-def in_general(part: JointMotion, positions: np.ndarray) -> Reached:
-    return part._on_lines(part._kinematics, positions, np.arange(len(positions)))
+def in_general(part: JointMotion, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return part._on_lines(part._kinematics, positions)
 
 
 def apart(part: JointMotion, x: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -56,14 +60,14 @@ def test_bundled_mechanisms(
 ) -> None:
     part = motion_of(cd.load(name), drives, **options)
     rng = np.random.default_rng(3)
-    ahead = reach * part._units * rng.uniform(-1.0, 1.0, (150, len(drives)))
+    ahead = reach * units(part) * rng.uniform(-1.0, 1.0, (150, len(drives)))
     positions = part._start[part._drive_columns] + ahead
     x, is_there = on_tapes(part, positions)
-    expected = in_general(part, positions)
-    np.testing.assert_array_equal(is_there, expected.is_there)
+    expected, in_reach = in_general(part, positions)
+    np.testing.assert_array_equal(is_there, in_reach)
     assert np.mean(is_there) > 0.5
     np.testing.assert_array_equal(x[:, part._drive_columns], positions)
-    assert apart(part, x, expected.x)[is_there].max() < 1e-8
+    assert apart(part, x, expected)[is_there].max() < 1e-8
 
 
 @pytest.mark.parametrize("seed", range(24))
@@ -79,14 +83,14 @@ def test_random_chains(seed: int) -> None:
         if not isinstance(part, JointMotion) or part._taped is None:
             continue
         columns = part._drive_columns
-        ahead = part._units * rng.uniform(-1.5, 1.5, (100, len(columns)))
+        ahead = units(part) * rng.uniform(-1.5, 1.5, (100, len(columns)))
         ahead *= rng.choice([0.1, 0.4, 1.0], (100, 1))
         positions = part._start[columns] + ahead
         x, is_there = on_tapes(part, positions)
-        expected = in_general(part, positions)
-        assert np.mean(expected.is_there & ~is_there) < 0.1
-        both = expected.is_there & is_there
-        assert apart(part, x, expected.x)[both].max(initial=0.0) < 1e-8
+        expected, in_reach = in_general(part, positions)
+        assert np.mean(in_reach & ~is_there) < 0.1
+        both = in_reach & is_there
+        assert apart(part, x, expected)[both].max(initial=0.0) < 1e-8
 
 
 def test_ways_round_singular_positions_are_those_of_the_lines() -> None:
@@ -97,13 +101,13 @@ def test_ways_round_singular_positions_are_those_of_the_lines() -> None:
     part = motion_of(cd.load("universal_joint"), ["bearing_in", "joint_angle"])
     rng = np.random.default_rng(0)
     positions = np.stack([rng.uniform(-6.0, 6.0, 600), rng.uniform(-2.9, 2.9, 600)], axis=1)
-    expected = in_general(part, positions)
-    assert np.all(expected.is_there)
-    turned = expected.x[:, part._columns]
+    expected, in_reach = in_general(part, positions)
+    assert np.all(in_reach)
+    turned = expected[:, part._columns]
     assert np.ptp(turned - turned.mean(axis=0), axis=0).max() > np.pi
     x, is_there = on_tapes(part, positions)
     assert np.mean(is_there) > 0.99
-    assert apart(part, x, expected.x)[is_there].max() < 1e-6
+    assert apart(part, x, expected)[is_there].max() < 1e-6
 
 
 @pytest.mark.slow
@@ -112,7 +116,7 @@ def test_positions_out_of_reach_are_not_there() -> None:
     part = motion_of(five_bar(), ["A", "D"])
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     circle = 1.6 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    expected = in_general(part, circle).is_there
+    _, expected = in_general(part, circle)
     assert 20 < np.sum(~expected) < 60
     np.testing.assert_array_equal(on_tapes(part, circle)[1], expected)
 
@@ -148,7 +152,7 @@ def line(start: float, end: float) -> tuple[Line, Place]:
     taped = part._taped
     assert taped is not None
     begin, to = np.array([[start, 0.8], [end, 0.8]])
-    (x,) = in_general(part, begin[None, :]).x
+    (x,), _ = in_general(part, begin[None, :])
     chosen = taped._orders.at(0)
     assert chosen is not None
     order = chosen.order

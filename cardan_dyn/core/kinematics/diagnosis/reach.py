@@ -142,7 +142,6 @@ def beyond_line(
     columns: list[int],
     target: Array,
     nearest: Array,
-    residual: float,
     sample: int,
 ) -> AssemblyError:
     """Return the error for drive positions that a straight line does not reach.
@@ -152,7 +151,6 @@ def beyond_line(
         columns: columns of the drives in a row of coordinates.
         target: `(d,)` positions that were asked for [rad or m].
         nearest: `(size,)` closed coordinates where the line ended.
-        residual: closure error of the step beyond.
         sample: index of the target.
     """
     note = _gimbal_note(kinematics, nearest)
@@ -161,7 +159,7 @@ def beyond_line(
         f"nearest that were reached are {as_text(nearest[columns])}{note}",
         position=target.copy(),
         nearest=nearest[columns].copy(),
-        residual=float(residual),
+        residual=_residual_at(kinematics, columns, target, nearest),
         sample=sample,
         hint=note,
     )
@@ -194,10 +192,7 @@ def beyond_branch(
             hint=hint,
             **singularity.details,
         )
-    beyond = last[None, :].copy()
-    beyond[:, column] = target
-    with np.errstate(all="ignore"):
-        residual = float(kinematics.close(beyond).residual[0])
+    residual = _residual_at(kinematics, [column], np.array([target]), last)
     return AssemblyError(
         f"the loops cannot be closed at drive position {target:.9g}; the nearest "
         f"position that can be reached is {nearest:.9g}, {singularity.text}{hint}",
@@ -207,6 +202,14 @@ def beyond_branch(
         finding=singularity.text,
         hint=hint,
     )
+
+
+def _residual_at(kinematics: Kinematics, columns: list[int], target: Array, last: Array) -> float:
+    """Return how far loops stay open at a position beyond the last closed coordinates."""
+    beyond = last[None, :].copy()
+    beyond[:, columns] = target
+    with np.errstate(all="ignore"):  # From afar steps may overflow.
+        return float(kinematics.close(beyond).residual[0])
 
 
 def open_at(

@@ -14,22 +14,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import Array
+from ....kit.arrays import EPS, Array
 from ....kit.errors import AssemblyError, SingularConfigurationError
 from ...mechanism.kept import Kept
 from ..closing.all_groups import Kinematics
 from ..tolerances import MOVES
-from .lines import SHORTEST, Lines, Rows, quintic
+from .lines import LEAST_LEAD, Lines, Rows, quintic
 
 _TURNS_TRIED = 12
 """Turns of the drive after which a mechanism is tried for repetition. Velocity ratios of small
 whole numbers repeat within them."""
-_STEEP = 100.0
-"""Derivative of a coordinate [rad, or lengths of the mechanism, per unit of the drive] from which
-on an end counts as near a dead point of the drive, where derivatives grow without bound."""
-_FIFTH, _AT_LEAST = 1e-6, 8.0
-"""Fifth coefficient [rad] that what is interpolated between nodes shall have, see `quintic`, and
-how many times as much it has where a node is put between: it is off by some hundredth of it."""
 _REACH_OF_SLIDE = 10.0
 """Characteristic lengths over which a sliding drive is followed to each side of the start before
 its range counts as unlimited there. A slide that loops limit moves by about the lengths of their
@@ -47,13 +41,11 @@ class _Table(NamedTuple):
         rows: of the K nodes in ascending order, with derivatives with respect to the drive.
         positions: `(K,)` of the drive.
         curves: polynomials `(6, K - 1, size)` between neighbouring nodes.
-        counts: how many nodes of each side stand in it, those between others left out.
     """
 
     rows: Rows
     positions: Array
     curves: Array
-    counts: list[int]
 
 
 class Branch:
@@ -84,10 +76,9 @@ class Branch:
         self._turns_tried = 0
         ends = self.start + self.unit * _SIGNS[:, None]
         self._lines = Lines(kinematics, start[None, :], [self._column], ends, leads=True)
-        # Of each side, where steps end, from the start on.
-        begin = self._lines.rows.of([1])
-        self._nodes = [begin], [begin]
-        self._known = self._tabled(begin, [1, 1])
+        self._known = self._tabled(self._lines.rows.of([1]))
+        # Of each side, where steps end behind what stands in the table.
+        self._ahead: tuple[list[Rows], list[Rows]] = [], []
         self._lock = threading.RLock()
 
     @staticmethod
@@ -105,7 +96,7 @@ class Branch:
     @property
     def span(self) -> tuple[float, float]:
         """Drive positions of the first and the last node."""
-        low, high = (float(nodes[-1].x[0, self._column]) for nodes in self._nodes)
+        low, high = self._lines.rows.x[:, self._column].tolist()
         return low, high
 
     def states(self, way: float) -> Array:
@@ -120,15 +111,13 @@ class Branch:
     @property
     def _table(self) -> _Table:
         with self._lock:
-            known, counts = self._known, [len(nodes) for nodes in self._nodes]
-            if counts != known.counts:
-                below, above = (
-                    nodes[count:] for nodes, count in zip(self._nodes, known.counts, strict=True)
-                )
-                self._known = self._tabled(_joined(*below[::-1], known.rows, *above), counts)
+            below, above = self._ahead
+            if below or above:
+                self._known = self._tabled(_joined(*below[::-1], self._known.rows, *above))
+                self._ahead = [], []
             return self._known
 
-    def _tabled(self, rows: Rows, counts: list[int]) -> _Table:
+    def _tabled(self, rows: Rows) -> _Table:
         """Return a table with nodes in ascending order, and others between them as needed."""
         kinematics, column = self.kinematics, self._column
         while True:
@@ -136,13 +125,15 @@ class Branch:
             way = np.diff(positions)
             curves = rows.of(slice(-1)).quintics(way / self.unit, rows.of(slice(1, None)))
             scale = kinematics.coordinates.scale
-            fifth = np.max(np.abs(curves[5]) * scale, axis=1, initial=0.0) / _FIFTH
+            # What is interpolated is off by a hundredth of the fifth coefficient at most; a step of
+            # Newton's method leaves its square, which is to be rounding.
+            fifth = np.max(np.abs(curves[5]) * scale, axis=1, initial=0.0) / (100.0 * EPS**0.5)
             # What does not become smaller by parts is left to whoever closes guesses.
-            (long,) = np.nonzero((fifth > _AT_LEAST) & (way > SHORTEST * self.unit))
+            (long,) = np.nonzero((fifth > 1.0) & (way > LEAST_LEAD * self.unit))
             if not long.size:
                 for values in rows:
                     values.setflags(write=False)
-                return _Table(rows, positions, curves, counts)
+                return _Table(rows, positions, curves)
             parts = np.ceil(fifth[long] ** 0.2).astype(int)
             share = np.concatenate([np.arange(1, count) / count for count in parts.tolist()])
             long = long.repeat(parts - 1)
@@ -169,8 +160,10 @@ class Branch:
                 from ..diagnosis.reach import beyond_branch  # Imported here: only errors need it.
 
                 nearest, _ = self._limit_at(side)
-                at_end = abs(target - nearest) < SHORTEST * self.unit
-                nodes = np.concatenate([node.x for node in self._nodes[side]])
+                at_end = abs(target - nearest) < LEAST_LEAD * self.unit
+                nodes = self._table.rows.x
+                nodes = nodes[_SIGNS[side] * (nodes[:, self._column] - self.start) >= 0.0]
+                nodes = nodes if side else nodes[::-1]
                 raise beyond_branch(self.kinematics, self._column, target, nearest, nodes, at_end)
 
     def reached(self, low: float, high: float) -> tuple[float, float]:
@@ -182,59 +175,47 @@ class Branch:
             Where it ends on either side; ±inf where it leads as far as was asked for.
         """
         # Nodes lie beyond, so that what lies between two of them does not depend on what was asked.
-        ways = (self.start - low) / self.unit, (high - self.start) / self.unit
-        until = [math.nextafter(way, math.inf) if way > 0.0 else -1.0 for way in ways]
-        ends = [-np.inf, np.inf]
+        ways = np.array([self.start - low, high - self.start]) / self.unit
+        until = np.where(ways > 0.0, np.nextafter(ways, np.inf), -1.0)
+        ends = _SIGNS * np.inf
         with self._lock:
-            shares = self._lines.share.tolist()
-            if any(share < way for share, way in zip(shares, until, strict=True)):
-                self._lines.lead(np.array(until), self._passed)
-                shares = self._lines.share.tolist()
-            for side, (share, way) in enumerate(zip(shares, until, strict=True)):
-                if not share < way:
-                    continue
+            self._lead(until)
+            for side in np.nonzero(self._lines.share < until)[0].tolist():
                 limit, is_dead_point = self._limit_at(side)
                 ends[side] = self.span[side]
                 if is_dead_point:
-                    before = limit - _SIGNS[side] * SHORTEST * self.unit
+                    before = limit - _SIGNS[side] * LEAST_LEAD * self.unit
                     ends[side] = sorted((before, ends[side]))[side]
-        return ends[0], ends[1]
+        return float(ends[0]), float(ends[1])
 
-    def _passed(self, side: int, row: Rows) -> None:
-        """Take note of where a step ends."""
-        self._nodes[side].append(row._replace(first=_SIGNS[side] * row.first))
+    def _lead(self, until: Array) -> None:
+        """Follow both sides to shares `(2,)` or beyond, and take note of where steps end."""
+        while (going := self._lines.going(until)).size:
+            for side in self._lines.advance(going).tolist():
+                row = self._lines.rows.of([side])
+                self._ahead[side].append(row._replace(first=_SIGNS[side] * row.first))
 
     def _limit_at(self, side: int) -> tuple[float, bool]:
         """Return the drive position at which a side ends, and whether that is a dead point.
 
         Near a dead point passive joints move like the square root of the distance that remains,
         which gives that distance from the first two derivatives. Where assembly modes meet, the
-        reciprocal condition number falls to zero in proportion to it.
+        margin falls to zero in proportion to it; near a dead point that tells of a farther place.
         """
-        nodes = self._nodes[side]
-        position = float(nodes[-1].x[0, self._column])
-        if len(nodes) < 2:
-            return position, False
-        scale = self.kinematics.coordinates.scale
-        slope, half_curvature = nodes[-1].first[0] * scale, nodes[-1].second[0] * scale
+        lines, scale = self._lines, self.kinematics.coordinates.scale
+        slope, half_curvature = (values[side] * scale for values in lines.rows[1:])
         steepest = int(np.argmax(np.abs(slope)))
-        is_steep = bool(abs(slope[steepest]) >= _STEEP)
-        if is_steep:
-            # A steep curve without curvature leads to no limit; its quotient, an infinity, is
-            # refused.
-            with np.errstate(divide="ignore"):
-                remaining = float(slope[steepest] / (4.0 * half_curvature[steepest]))
-        else:
-            states = np.concatenate([nodes[-1].x, nodes[-2].x])
-            margin, margin_before = 1.0 / self.kinematics.evaluate(states).condition
-            step, remaining = (position - float(nodes[-2].x[0, self._column])) / self.unit, 0.0
-            if margin_before > margin:
-                remaining = float(step * margin / (margin_before - margin))
-        # Where derivatives are that steep, less is left than their square tells; and the last steps
-        # before a limit are much shorter, so one that lies farther away is a wrong estimate.
-        if not abs(remaining) < _STEEP**-2:
-            return position, False
-        return position + remaining * self.unit, is_steep
+        # A steep curve without curvature leads to no limit; its quotient, an infinity, is refused.
+        with np.errstate(all="ignore"):
+            of_root = float(slope[steepest] / (4.0 * half_curvature[steepest]))
+        is_dead_point = 0.0 < of_root < lines.left[side]
+        remaining = of_root if is_dead_point else float(lines.left[side])
+        # The last steps before a limit are far shorter, so one that lies farther away than the root
+        # of the shortest step is a wrong estimate.
+        if not remaining < EPS**0.25:
+            remaining, is_dead_point = 0.0, False
+        position = self.span[side]
+        return float(position + _SIGNS[side] * remaining * self.unit), is_dead_point
 
     def find_period(self, within: float = np.inf) -> bool:
         """Follow the branch over whole turns of the drive until it repeats, if it does.

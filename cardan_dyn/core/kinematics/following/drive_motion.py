@@ -13,7 +13,7 @@ from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from .branch import TURN, Branch
 
-_MOST_TURNS = 1000
+MOST_TURNS = 1000
 """Greatest number of turns over which a drive that does not repeat is followed: each turn costs at
 least eight nodes, which are followed one by one."""
 _TURN_PARTS = 6.28125, float.fromhex("0x1.fb54442dp-10"), 2.1561211432632476e-14
@@ -51,7 +51,6 @@ class DriveMotion:
 
     Attributes:
         branch: it; all joints that the drive does not move stay where they start.
-        groups: indices of the groups whose passives it moves.
     """
 
     def __init__(
@@ -60,30 +59,25 @@ class DriveMotion:
         kinematics: Kinematics,
         start: Array,
         drives: list[int],
-        groups: list[int],
         varied: int = 0,
     ) -> None:
         """Begin at the start.
 
         Args:
             problem: of the scene.
-            kinematics: solves the scene's groups, with all rows that open loops can reach.
+            kinematics: of the drive and the groups that it moves, with all rows that open loops can
+                reach.
             start: `(size,)` closed coordinates.
             drives: index of the drive.
-            groups: see the attribute.
             varied: how many of the problem's drives, the last ones, are held joints.
         """
         (self._index,) = drives
         self._role = "held joint" if self._index >= len(problem.independent) - varied else "drive"
-        self._drive = drive = problem.independent[self._index]
-        self.groups = groups
-        self._kinematics = kinematics.part(drives, groups)
-        self.branch = Branch.shared(self._kinematics, start, problem.mechanism.kept)
+        self._drive, self._mechanism = problem.independent[self._index], problem.mechanism
+        self.branch = Branch.shared(kinematics, start, problem.mechanism.kept)
         coordinates = problem.mechanism.coordinates
-        self._columns = consecutive(coordinates.columns_moved_by(self._kinematics.moved))
+        self._columns = consecutive(coordinates.columns_moved_by(kinematics.moved))
         self._start = self.branch.start
-        self._slides = coordinates.named[drive].slides
-        self._turns_freely = turns_freely(problem.mechanism, drive)
 
     def followed(
         self, targets: Targets, along_path: bool = False, strict: bool = True
@@ -127,22 +121,16 @@ class DriveMotion:
             x: `(N, size)` coordinates; changed.
             turns: `(N, size)` whole turns that they lack; changed.
         """
-        branch, position, (every, reached) = (
-            self.branch,
-            targets.prescribed[:, self._index],
-            followed,
-        )
+        branch, columns, (every, reached) = self.branch, self._columns, followed
+        position = np.where(reached, targets.prescribed[:, self._index], self._start)
 
         def write(block: slice) -> None:
-            periods = every[block]
-            where, is_there = position[block], reached[block]
-            if np.count_nonzero(is_there) < len(is_there):
-                where = np.where(is_there, where, self._start)
+            where, periods = position[block], every[block]
             # Zeros that are never written take no memory.
             if np.count_nonzero(periods):
                 where = turned_back(where, periods, branch.period or 0.0)
-                turns[block, self._columns] = periods[:, None] * branch.windings[self._columns]
-            x[block, self._columns] = branch.values(where, self._columns)
+                turns[block, columns] = periods[:, None] * branch.windings[columns]
+            x[block, columns] = branch.values(where, columns)
 
         in_threads(write, blocks(targets.size, LARGE_BLOCK))
 
@@ -157,7 +145,7 @@ class DriveMotion:
         Raises:
             AssemblyError: positions lie very many turns away, and the mechanism does not repeat.
         """
-        if not self._turns_freely:
+        if not turns_freely(self._mechanism, self._drive):
             return None
         farthest = max(low, high, key=lambda position: abs(position - self._start))
         ahead = abs(farthest - self._start)
@@ -168,13 +156,13 @@ class DriveMotion:
             return None  # The samples may lie on this side of what stops it.
         if repeats:
             return self.branch.period
-        if ahead > _MOST_TURNS * TURN:
+        if ahead > MOST_TURNS * TURN:
             raise AssemblyError(
                 f"the mechanism does not repeat within a few turns of {self._drive!r}, so "
                 f"{ahead / TURN:.0f} turns cannot be followed; sweep over at most "
-                f"{_MOST_TURNS} turns",
+                f"{MOST_TURNS} turns",
                 position=farthest,
-                nearest=self._start + float(np.copysign(_MOST_TURNS * TURN, farthest)),
+                nearest=self._start + float(np.copysign(MOST_TURNS * TURN, farthest)),
                 residual=0.0,
                 sample=int(np.argmax(positions == farthest)),
             )
@@ -192,5 +180,6 @@ class DriveMotion:
         beyond = sign * targets > sign * (low if sign < 0.0 else high)
         # An end is known to some digits only: a sample that is refused may seem to lie before it.
         sample = int(np.argmax(beyond if np.any(beyond) else sign * targets))
-        asked = self._role, self._drive, float(targets[sample]), self._slides
+        slides = self._mechanism.coordinates.named[self._drive].slides
+        asked = self._role, self._drive, float(targets[sample]), slides
         return out_of_reach(*asked, error, sample, (low, high))

@@ -25,6 +25,7 @@ from ..closing.all_groups import Kinematics
 if TYPE_CHECKING:
     from ...mechanics.bodies import Tree
     from ...mechanics.sample import Roles
+    from .branch import Branch
     from .drive_motion import DriveMotion
     from .joint_motion import JointMotion
     from .orders import Orders
@@ -34,22 +35,21 @@ class Guess(NamedTuple):
     """Coordinates near closed ones of N samples.
 
     Attributes:
-        x: `(N, size)` coordinates, exact in the drives.
+        x: `(N, size)` coordinates, exact in the drives; a large correction means another assembly
+            mode.
         turns: `(N, size)` whole turns that have to be added to the angles in `x`.
-        followed: whether `x` lies on a branch, so that a large correction means another mode.
         is_there: `(N,)` whether samples are within reach; the coordinates of others mean nothing.
             None where all have to be.
     """
 
     x: Array
     turns: Array
-    followed: bool
     is_there: Array | None = None
 
     def of_samples(self, samples: slice | Array) -> Guess:
         """Return the guess of some samples, by their indices."""
         is_there = None if self.is_there is None else self.is_there[samples]
-        return Guess(self.x[samples], self.turns[samples], self.followed, is_there)
+        return Guess(self.x[samples], self.turns[samples], is_there)
 
 
 class Guesses:
@@ -140,13 +140,13 @@ class Guesses:
         return self._independent(self.scouts)
 
     @cached_property
-    def reach(self) -> tuple[float, float]:
-        """Limits of the only drive [rad or m], ±inf where it has none."""
+    def branch(self) -> Branch | None:
+        """The branch of the only drive; None if it moves nothing else."""
         from .branch import Branch  # Most scenes are swept without.
 
         if self._motionless:
-            return -np.inf, np.inf
-        return Branch.shared(self._open, self._start, self._problem.mechanism.kept).reach()
+            return None
+        return Branch.shared(self._open, self._start, self._problem.mechanism.kept)
 
     def at(self, targets: Targets, along_path: bool = False, strict: bool = True) -> Guess:
         """Return coordinates near closed ones at targets.
@@ -165,8 +165,8 @@ class Guesses:
         x = self._start[None, :].repeat(targets.size, axis=0)
         turns, is_there = np.zeros(x.shape), None
         if self._motionless:
-            self._set_drives(x, targets)
-            return Guess(x, turns, False)
+            x[:, self._columns] = targets.prescribed
+            return Guess(x, turns)
         # All of them are followed before any is written.
         every = [part.followed(targets, along_path, strict) for part in self._parts]
         if not strict:
@@ -174,56 +174,26 @@ class Guesses:
         for part in self._parts:
             # What was followed is let go as soon as it is written.
             part.write(every.pop(0), targets, x, turns)
-        self._set_drives(x, targets)
+        x[:, self._columns] = targets.prescribed
         if np.count_nonzero(turns[:, self._columns]):
             turns[:, self._columns] = 0.0
         self._problem.mechanism.coordinates.normalised(x)
-        return Guess(x, turns, not self._has_joint_motion, is_there)
-
-    def _set_drives(self, x: Array, targets: Targets) -> None:
-        """Write the prescribed positions into coordinates `(N, size)`."""
-        count = targets.given.shape[-1]
-        x[:, self._columns[:count]] = targets.positions
-        if targets.held:
-            designs, of = targets.designs, targets.design_of
-            for column, values in zip(self._columns[count:], designs.T, strict=True):
-                x[:, column] = values[of]
-
-    def period(self) -> float | None:
-        """Return the drive displacement [rad] after which the motion repeats, None if it does not.
-
-        The scene has a single drive.
-
-        Raises:
-            AssemblyError: the drive cannot turn through.
-            SingularConfigurationError: a dead point lies on the way.
-        """
-        from .drive_motion import DriveMotion
-
-        (part,) = self._parts
-        if not isinstance(part, DriveMotion):
-            raise ValueError("a period is that of a single drive")
-        part.branch.find_period()
-        return part.branch.period
+        return Guess(x, turns, is_there)
 
     @cached_property
     def _parts(self) -> list[DriveMotion | JointMotion]:
         """The parts of the motion that are independent of each other."""
         return [self._part(*part) for part in self._open.independent_parts()]
 
-    @cached_property
-    def _has_joint_motion(self) -> bool:
-        """Whether drives meet in a group."""
-        from .drive_motion import DriveMotion
-
-        return not all(isinstance(part, DriveMotion) for part in self._parts)
-
     def _part(self, drives: list[int], groups: list[int]) -> DriveMotion | JointMotion:
-        common = self._problem, self._open, self._start, drives, groups
+        common = self._problem, self._open.part(drives, groups), self._start, drives
         if len(drives) == 1:
             from .drive_motion import DriveMotion  # First guesses need it, scenes do not.
 
-            return DriveMotion(*common, varied=self._varied)
+            return DriveMotion(*common, self._varied)
         from .joint_motion import JointMotion  # Most scenes have a single drive.
 
-        return JointMotion(*common, lambda: self.kinematics, self.orders, varied=self._varied)
+        def known() -> Kinematics:
+            return self.kinematics.part(drives, groups)
+
+        return JointMotion(*common, known, self.orders, self._varied)

@@ -13,12 +13,8 @@ from ...mechanism.kept import Kept
 from ..closing.all_groups import Kinematics
 from ..tolerances import CLOSURE_TOLERANCE, REGULAR_CONDITION
 from .branch import Branch
-from .lines import OnLines, samples_on_lines
+from .lines import along_lines
 
-_LINES = 5
-"""Straight lines that are followed where there are several drives."""
-_SHARES = np.linspace(0.0, 1.0, 17)[1:]
-"""Parts of them at which there is a scout: near the start, and as far as lines lead."""
 _WAY = np.pi
 """Greatest way of a drive [rad, or half of it lengths of the mechanism]: most of a turn, from one
 side to the other."""
@@ -42,12 +38,13 @@ def scouts(kinematics: Kinematics, start: Array, kept: Kept) -> Array:
     with np.errstate(all="ignore"):  # What leads out of reach may overflow.
         if len(columns) == 1:
             x = Branch.shared(kinematics, start, kept).states(float(way[0]))
-            x = x[some(len(x), _LINES * len(_SHARES))]
+            x = x[some(len(x), 80)]
         else:
-            ends = start[columns] + way * generic(_LINES, len(columns))
-            line, share = np.repeat(np.arange(_LINES), len(_SHARES)), np.tile(_SHARES, _LINES)
-            on = OnLines(line, share)
-            x = samples_on_lines(kinematics, start[None, :], columns, ends, on).x
+            # Places near the start, and as far as five lines lead.
+            shares = np.arange(1, 17)[:, None] / 16
+            ways = shares * (way * generic(5, len(columns)))[:, None]
+            ends = start[columns] + ways.reshape(-1, len(columns))
+            x, _ = along_lines(kinematics, start[None, :], columns, ends)
         state = kinematics.close(x)
     serves = (state.residual < CLOSURE_TOLERANCE) & (state.condition < REGULAR_CONDITION)
     return np.concatenate([start[None, :], state.x[serves]])

@@ -21,6 +21,7 @@ from ...mechanics.sample import Roles
 from ...mechanism.mechanism import Mechanism
 from ...tape import Program, Scalar, Stage, Stages, Trace, select
 from ..closing.all_groups import Kinematics
+from ..closing.group_solver import MOST_STEPS
 from ..loops.closure_blocks import closure_blocks, with_rods
 from .orders import Orders
 
@@ -28,8 +29,6 @@ _MOST_TAPES = 2
 """Orders that are tried."""
 _MOST_STEPS = 400
 """Steps of a line at most."""
-_MOST_CORRECTIONS = 12
-"""Steps of Newton's method at its end at most."""
 _ZERO = np.zeros(())
 
 
@@ -162,7 +161,7 @@ class TapedLines:
             carried={**x, "step": step},
             taken={**x, "lost": rest},
             until=step,
-            most=_MOST_CORRECTIONS,
+            most=MOST_STEPS,
             within=NEAR,
             kept=True,
         )
