@@ -235,4 +235,3 @@ def test_a_branch_hangs_from_a_body_of_a_loop() -> None:
         ((body["V"],), body["B"]),
     }
     check_complete(mechanism, groups, "A")
-
