@@ -16,7 +16,6 @@ import pinocchio
 from ...kit.arrays import Array
 from ..mechanism.mechanism import Mechanism
 from .closing.all_groups import Kinematics
-from .closing.group_solver import MOST_STEPS_FROM_AFAR
 from .loops.idle_rods import JointEdge, JointGraph, common_point
 from .tolerances import CLOSURE_TOLERANCE, MOVES, SINGULAR_CONDITION
 
@@ -83,7 +82,7 @@ def assembly_modes(
         if not starts:
             x[0] = first
         with np.errstate(all="ignore"):  # Starts that do not converge may overflow.
-            state = kinematics.close(x, most=MOST_STEPS_FROM_AFAR)
+            state = kinematics.close(x)
         is_closed = (state.residual < CLOSURE_TOLERANCE) & (state.condition < SINGULAR_CONDITION)
         starts += _STARTS
         if search.add(state.x[is_closed]):

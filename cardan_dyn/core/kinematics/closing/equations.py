@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import Array
+from ....kit.arrays import ROUNDED, Array
 from ...mechanics import closure, spins
 from ...mechanics.bodies import massless
 from ...mechanics.placements import Placed, moving, placed
@@ -43,11 +43,6 @@ from ...tape import Program, Trace, absolute, greater, sqrt
 from ..loops.groups import Group
 from ..loops.routes import carried, carriers_of
 from ..tolerances import RANK_TOLERANCE
-
-_ALIGNED = 1e-12
-"""Greatest deviation of a projector's entries from 0 and 1 that counts as rounding. The rounding of
-a projector of six columns is some 1e-15; a space that is tilted against the axes by an angle has
-entries of the size of that angle."""
 
 
 class LoopAxes(NamedTuple):
@@ -393,7 +388,8 @@ def _combined(values: Sequence[Scalar], vectors: Array) -> list[Scalar]:
 def axis_aligned(vectors: Array) -> Array:
     """Return a basis of the same space along the axes where the space allows it.
 
-    Exact zeros and ones keep the rows of a planar or spherical loop free of rounding.
+    Exact zeros and ones keep the rows of a planar or spherical loop free of rounding. Of a space
+    that is tilted against the axes by an angle, the projector has entries of the size of that.
 
     Args:
         vectors: `(6, r)` orthonormal columns.
@@ -403,7 +399,7 @@ def axis_aligned(vectors: Array) -> Array:
     """
     projector = vectors @ vectors.T
     exact = np.rint(projector)
-    if vectors.shape[1] and (np.abs(projector - exact) <= _ALIGNED).all():
+    if vectors.shape[1] and (np.abs(projector - exact) <= ROUNDED).all():
         return np.eye(6)[:, np.diag(exact) == 1.0]
     return vectors
 

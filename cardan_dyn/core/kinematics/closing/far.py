@@ -18,13 +18,10 @@ from ....kit.arrays import EPS, Array, generic
 from ...proof.closed_positions import refuse_left
 from ..loops.groups import independent_groups
 from ..loops.structure import Structure
-from ..tolerances import AROUND, CLOSURE_TOLERANCE, LONGEST_WAY, STATES_AROUND
-from .group_solver import GroupSolver, GroupState, solver_of
+from ..tolerances import AROUND, CLOSURE_TOLERANCE, CONFIGURATIONS, LONGEST_WAY
+from .group_solver import MOST_STEPS, GroupSolver, GroupState, solver_of
 from .stacked import ranks, times, transposed
 
-MOST_STEPS = 200
-"""Greatest number of steps. From half a radian off some 10 suffice; in narrow curved valleys of the
-error, as near singular configurations, steps become short."""
 _STARTS = 24
 """Starts about a place: some for each assembly mode, of which robots have sixteen at most."""
 
@@ -206,11 +203,17 @@ def generic_states(
     return result
 
 
-def states_around(solver: GroupSolver, first: Array) -> GenericStates:
-    """Return generic states around closed coordinates `(size,)`; only the passives move."""
-    step = AROUND * generic(STATES_AROUND, len(solver.group.passives))
+def states_around(solver: GroupSolver, first: Array, count: int = CONFIGURATIONS) -> GenericStates:
+    """Return generic ones of some states around closed coordinates; only the passives move.
+
+    Args:
+        solver: of the group.
+        first: `(size,)` closed coordinates.
+        count: number of states that are tried, those among them.
+    """
+    step = AROUND * generic(count, len(solver.group.passives))
     step[0] = 0.0
-    starts = solver.moved(np.repeat(first[None, :], STATES_AROUND, axis=0), step)
+    starts = solver.moved(np.broadcast_to(first, (count, len(first))), step)
     reached, residual = closed_from(solver, starts)
     is_closed = residual < CLOSURE_TOLERANCE
     # The first one was closed by the caller, if only to the rounding of its badly conditioned rows.

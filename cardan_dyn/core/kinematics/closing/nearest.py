@@ -16,8 +16,8 @@ from ....kit.errors import AssemblyError
 from ..loops.groups import independent_groups
 from ..loops.structure import Structure
 from ..tolerances import CLOSURE_TOLERANCE, LONGEST_WAY, RANK_TOLERANCE, SAFE_CORRECTION
-from .far import MOST_STEPS, assembled_near, closed_from, starts_about
-from .group_solver import solver_of
+from .far import assembled_near, closed_from, starts_about
+from .group_solver import MOST_STEPS, solver_of
 
 
 def nearest_to(

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ....kit.arrays import Array
+from ....kit.errors import choices
 from ...mechanism.mechanism import Mechanism
 from ..tolerances import CLOSURE_TOLERANCE, MOVES
 from .far import closed_from, starts_about
@@ -18,8 +19,6 @@ from .group_solver import GroupSolver
 
 _COMPARABLE = 1.5
 """Ratio of two distances from a drawing up to which it does not tell which of the two is meant."""
-_MOST_NAMED = 4
-"""Joints that a message places, so that it stays readable."""
 
 
 def nearest_of_rivals(
@@ -74,8 +73,8 @@ def _away(mechanism: Mechanism, x: Array, other: Array) -> Array:
 
 
 def _named(mechanism: Mechanism, solver: GroupSolver, x: Array) -> str:
-    """Return where the first joints of a group are, in words."""
+    """Return where the joints of a group are, in words."""
     passives = set(solver.group.passives.tolist())
     named = mechanism.coordinates.named.items()
     places = [f"{name} {x[item.column]:.4g}" for name, item in named if item.rate in passives]
-    return ", ".join(places[:_MOST_NAMED])
+    return choices(places)
