@@ -12,6 +12,7 @@ from .closing.all_groups import Kinematics
 from .closing.group_solver import GroupState, solver_of
 from .closing.stacked import ranks
 from .loops.groups import Group, partition
+from .loops.needs import reached
 from .loops.structure import Structure
 from .tolerances import AROUND, CLOSURE_TOLERANCE, CONFIGURATIONS, REGULAR_CONDITION
 
@@ -184,16 +185,12 @@ class LoopSystem:
 def _needed(groups: list[Group], left_out: frozenset[int]) -> list[int]:
     """Return the indices of groups that decide what is not left out, or close loops for these."""
     closer = {loop: index for index, group in enumerate(groups) for loop in group.loops}
-    pending = [
+    deciding = [
         index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
     ]
-    needed: set[int] = set()
-    while pending:
-        index = pending.pop()
-        if index not in needed:
-            needed.add(index)
-            pending.extend(closer[loop] for loop in groups[index].crossed_loops)
-    return sorted(needed)
+    return sorted(
+        reached(deciding, lambda index: (closer[loop] for loop in groups[index].crossed_loops))
+    )
 
 
 def finer_groups(

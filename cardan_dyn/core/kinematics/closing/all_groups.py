@@ -244,13 +244,12 @@ class Kinematics:
 
 def _joined(x: Array, groups: list[GroupState]) -> ClosedState:
     """Return the state of all groups, each at the coordinates `x`."""
-    if len(groups) == 1 and groups[0].solver.group.passives.size:
-        (only,) = groups
-        return ClosedState(x, groups, only.residual, only.condition, only.correction)
-    residual, condition = np.zeros(len(x)), np.ones(len(x))
-    correction = np.zeros(len(x))
-    for group in groups:
-        np.maximum(residual, group.residual, out=residual)
-        np.maximum(condition, group.condition, out=condition)
-        np.maximum(correction, group.correction, out=correction)
+    residual, condition, correction = (
+        np.maximum.reduce([np.full(len(x), least), *values])
+        for least, values in (
+            (0.0, [group.residual for group in groups]),
+            (1.0, [group.condition for group in groups]),
+            (0.0, [group.correction for group in groups]),
+        )
+    )
     return ClosedState(x, groups, residual, condition, correction)

@@ -12,7 +12,7 @@ through, more rows are redundant in the axes of a body behind the slide.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from functools import cached_property, partial
 from typing import NamedTuple
 
@@ -145,14 +145,6 @@ class ClosureEquations:
             columns, ratio = coupling.predecessor_columns, abs(coupling.ratio)
         return ratio * (self.length if self.slides[columns[0]] else 1.0)
 
-    def _natural(self, x: Array | Mapping[int, Scalar]) -> dict[int, Scalar]:
-        """Return coordinates `(size,)` or `(size, N)` by columns, slides in the tree's length."""
-        return {
-            column: x[column] / (self.tree.length if body.kind == "prismatic" else 1.0)
-            for body in self.tree.bodies
-            for column in body.columns
-        }
-
     @cached_property
     def full(self) -> Reduction:
         """Return the reduction that keeps all six rows of every loop."""
@@ -281,8 +273,13 @@ class ClosureEquations:
         return program.run_rows(given, count).T
 
     def _inputs(self, trace: Trace) -> dict[int, Scalar]:
-        """Return inputs for the coordinates of the bodies, by columns; see `_natural`."""
-        return self._natural({c: trace.input(f"x{c}", 0.0) for c in self.columns})
+        """Return the coordinates of the bodies by columns, slides in the tree's length."""
+        return {
+            column: trace.input(f"x{column}", 0.0)
+            / (self.tree.length if body.kind == "prismatic" else 1.0)
+            for body in self.tree.bodies
+            for column in body.columns
+        }
 
     def _traced_rows(self, trace: Trace, reduction: Reduction) -> list[Scalar]:
         """Return what `at` returns at one sample: rows, errors and the residual."""

@@ -25,28 +25,31 @@ from ...mechanism.carried import CarriedFrame
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
 from ...problem.problem import Problem
+from ..closing.all_groups import Kinematics
 from ..closing.far import states_around
 from ..closing.group_solver import solver_of
 from ..loops.groups import independent_groups
 from ..loops.idle_rods import idle_rods
 from ..loops.structure import Structure
 from ..tolerances import MOVES
-from .singularities import Singularity, gimbal_note
+from .singularities import gimbal_note, singularity_at
 
 _MOST = 3
 """Motions, or sets of links that move alike, that a message describes; others are counted."""
 
 
-def imbalance(problem: Problem, x: Array, passives: set[int], condition: float) -> CardanError:
+def imbalance(
+    problem: Problem, x: Array, passives: set[int], kinematics: Kinematics
+) -> CardanError:
     """Return the error that says why a scene's drives do not decide its motion.
 
     Args:
         problem: the drives and held joints of the scene.
         x: `(size,)` closed coordinates.
         passives: velocity coordinates that something must decide.
-        condition: of the closure equations at the closed coordinates.
+        kinematics: of the scene.
     """
-    return _Imbalance(problem, x, passives).error(condition)
+    return _Imbalance(problem, x, passives).error(kinematics)
 
 
 class _Imbalance:
@@ -67,8 +70,8 @@ class _Imbalance:
             passives | set(self._driven),
         )
 
-    def error(self, condition: float) -> CardanError:
-        """Return the error; `condition` is that where the scene starts."""
+    def error(self, kinematics: Kinematics) -> CardanError:
+        """Return the error, see `imbalance`."""
         mechanism, drives, driven = self._mechanism, self._drives, self._driven
         found = self._around.freedoms(driven)
         best = max(found, key=lambda item: item.rank_of(driven))
@@ -76,7 +79,7 @@ class _Imbalance:
         if _decides(best, driven):
             (here,) = self._around.freedoms(driven, here=True)
             if not _decides(here, driven):
-                return self._dead_point(here, best, condition)
+                return self._dead_point(kinematics, best.x)
             # Then spins of rods are left over that the rule for idle rods does not decide.
             best = self._around.freedoms(driven, with_spins=True)[0]
         surplus = self._surplus() if excess else []
@@ -124,20 +127,20 @@ class _Imbalance:
         the components of its rotation.
         """
         mechanism, drivable = self._mechanism, self._mechanism.drivable
-        closing = {loop.joint for loop in mechanism.loops}
-
-        def depth(name: str) -> int:
-            """Return how many bodies carry a joint; a loop comes after all joints of the tree."""
-            joint = mechanism.joints[drivable[name].joint]
-            model = mechanism.model
-            return model.njoints if joint.name in closing else len(ancestors(model, joint.id))
-
+        bodies = {name: mechanism.joints[item.joint].id for name, item in drivable.items()}
+        closing = {mechanism.joints[loop.joint].id for loop in mechanism.loops}
         # Motors mostly sit near the ground, and so do the joints that a scene holds.
-        ordered = (*mechanism.independent_coordinates, *sorted(drivable, key=depth))
+        ordered = sorted(
+            drivable,
+            key=lambda name: (
+                name != drivable[name].joint,
+                name not in mechanism.independent_coordinates,
+                bodies[name] in closing,
+                len(ancestors(mechanism.model, bodies[name])),
+            ),
+        )
         taken = {*self._drives, *self._held}
-        free = [name for name in dict.fromkeys(ordered) if name in drivable and name not in taken]
-        free.sort(key=lambda name: name != drivable[name].joint)
-        return [self._column_of[name] for name in free]
+        return [self._column_of[name] for name in ordered if name not in taken]
 
     def _advised(self, best: Freedoms) -> list[str]:
         """Return what decides the motion once it is driven or held as well."""
@@ -148,28 +151,18 @@ class _Imbalance:
             best = self._around.freedoms(known)[0]
         return self._drivable(known[len(self._driven) :])
 
-    def _dead_point(
-        self, here: Freedoms, elsewhere: Freedoms, condition: float
-    ) -> SingularConfigurationError:
+    def _dead_point(self, kinematics: Kinematics, elsewhere: Array) -> SingularConfigurationError:
         """Return the error for a start that is singular, with the joints that are concerned."""
-        mechanism, every = self._mechanism, set(range(self._mechanism.model.nv))
-        position = here.x[mechanism.coordinates.columns_of(self._drives)]
-        moving = self._names(here.moving(every))
-        lost = self._names(elsewhere.moving(every) - here.moving(every))
-        singularity = Singularity(
-            tuple(name for name in lost if name not in moving),
-            tuple(self._names(here.while_resting(self._driven).moving(every))),
-            self._drives,
-            here.number > elsewhere.number,
-        )
-        passives = every - self._around.held - set(self._driven)
-        note = gimbal_note(mechanism.coordinates, here.x, passives)
+        coordinates, x = self._mechanism.coordinates, self._around.x
+        position = x[coordinates.columns_of(self._drives)]
+        singularity = singularity_at(kinematics, x, elsewhere)
+        note = gimbal_note(coordinates, x, kinematics.passives.tolist())
         return SingularConfigurationError(
-            f"{mechanism.name}: position {as_text(position)} of {choices(self._drives)}, where the "
-            f"scene starts, is singular: {singularity.text}. Give near={{joint: position}} to "
-            f"begin elsewhere, or choose another drive{note}",
+            f"{self._mechanism.name}: position {as_text(position)} of {choices(self._drives)}, "
+            f"where the scene starts, is singular: {singularity.text}. Give near={{joint: "
+            f"position}} to begin elsewhere, or choose another drive{note}",
             position=as_position(position),
-            condition=condition,
+            condition=float(kinematics.evaluate(x[None, :]).condition[0]),
             **singularity.details,
         )
 
