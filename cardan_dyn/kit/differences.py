@@ -28,5 +28,22 @@ def slopes(values: Array, units: Array) -> Array:
         units: `(n,)` of the variables.
     """
     far_back, back, ahead, far_ahead = values.reshape(4, len(units), *values.shape[1:])
-    rise = (8.0 * (ahead - back) - (far_ahead - far_back)) / (12.0 * _STEP)
-    return np.moveaxis(rise, 0, -1) / units
+    rise = 8.0 * (ahead - back) - (far_ahead - far_back)
+    return np.moveaxis(rise, 0, -1) / (12.0 * _STEP * units)
+
+
+def kinks(values: Array, middle: Array, units: Array) -> Array:
+    """Return what kinks add to derivatives `(…, n)`, in the place itself or beside it.
+
+    Third and fourth differences, which smooth functions have of the third and fourth power of the
+    step alone.
+
+    Args:
+        values: see `slopes`.
+        middle: `(…)` at the place where derivatives are taken.
+        units: `(n,)` of the variables.
+    """
+    far_back, back, ahead, far_ahead = values.reshape(4, len(units), *values.shape[1:]) - middle
+    odd = np.abs(far_ahead - far_back - 2.0 * (ahead - back))
+    even = np.abs(far_ahead + far_back - 4.0 * (ahead + back))
+    return np.moveaxis(np.maximum(odd, even), 0, -1) / (12.0 * _STEP * units)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.kit.differences import displacements, slopes
+from cardan_dyn.kit.differences import displacements, kinks, slopes
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e6])
@@ -27,3 +27,31 @@ def test_a_quartic_has_no_error_but_rounding() -> None:
     unit = np.ones(1)
     (found,) = slopes((2.0 + displacements(unit)[:, 0]) ** 4, unit)
     assert found == pytest.approx(32.0, rel=1e-11)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0])
+@pytest.mark.parametrize("beside", [-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5])
+def test_kinks_are_seen_wherever_they_lie_between_the_places(beside: float, scale: float) -> None:
+    """A slope changes by 2 at a place: a twelfth to one is left of it."""
+    units = np.array([scale])
+    ways = displacements(units)
+    (step,) = np.abs(ways[1])
+
+    def law(way: np.ndarray) -> np.ndarray:
+        return np.abs(way - beside * step) + 3.0 * way + way**2
+
+    (left,) = kinks(law(ways[:, 0]), law(np.zeros(1))[0], units)
+    assert 1.0 / 12.0 - 1e-9 <= left <= 1.0
+
+
+def test_smooth_functions_have_no_kinks() -> None:
+    units = np.array([1.0, 0.2])
+    place = np.array([0.3, 0.7])
+
+    def law(ways: np.ndarray) -> np.ndarray:
+        x, y = (place + ways).T
+        return np.stack([np.sin(x) * np.exp(y), x * y**2], axis=1)
+
+    left = kinks(law(displacements(units)), law(np.zeros((1, 2)))[0], units)
+    assert left.shape == (2, 2)
+    assert np.max(left) < 1e-6

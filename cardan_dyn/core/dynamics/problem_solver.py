@@ -336,7 +336,7 @@ class ProblemSolver(Frozen):
         x -= 2.0 * np.pi * turns
         given = coordinates.columns_of((*self.problem.independent, *self.varied))
         x[:, given], turns[:, given] = targets.prescribed, 0.0
-        return self._in_blocks(targets, Guess(x, turns, True), False)
+        return self._in_blocks(targets, Guess(x, turns), False)
 
     def _in_blocks(self, targets: Targets, guess: Guess, along_path: bool) -> AssembledPositions:
         """Return targets whose blocks are closed from a guess whenever they are read."""

@@ -99,7 +99,7 @@ class Division:
             return
         from .diagnosis.imbalance import imbalance  # Imported here: only errors need it.
 
-        error = imbalance(self.problem, start, self._to_decide, np.inf)
+        error = imbalance(self.problem, start, self._to_decide, known)
         # A start in which all ways on are singular is refused where it is used; one so close to a
         # singular configuration that no position around it was closed need not be locked.
         if isinstance(error, MobilityError) and (
@@ -149,8 +149,7 @@ class Division:
         if undecided or excess:
             from .diagnosis.imbalance import imbalance  # Imported here: only errors need it.
 
-            condition = float(np.max(state.condition))
-            raise imbalance(self.problem, state.x[-1], self._to_decide, condition)
+            raise imbalance(self.problem, state.x[-1], self._to_decide, self.kinematics)
 
 
 def _into(problem: Problem, system: LoopSystem, groups: list[Group], needed: Needs) -> Division:

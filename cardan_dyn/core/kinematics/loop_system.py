@@ -12,8 +12,9 @@ from .closing.all_groups import Kinematics
 from .closing.group_solver import GroupState, solver_of
 from .closing.stacked import ranks
 from .loops.groups import Group, partition
+from .loops.needs import reached
 from .loops.structure import Structure
-from .tolerances import AROUND, CLOSURE_TOLERANCE, REGULAR_CONDITION, STATES_AROUND
+from .tolerances import AROUND, CLOSURE_TOLERANCE, CONFIGURATIONS, REGULAR_CONDITION
 
 
 class LoopSystem:
@@ -86,21 +87,13 @@ class LoopSystem:
             solved: indices of the groups whose motion is solved.
             state: `(size,)` closed coordinates; those of other groups need not be.
         """
-        solved = list(solved)
-        if all(len(groups[index].loops) <= 1 for index in solved):
-            return groups
-
-        driven = self._columns(drives)
+        solved, driven = list(solved), self._columns(drives)
         key = (
             *(group.key for group in groups),
             *(tuple(solved), state.tobytes(), driven.tobytes(), passives.tobytes()),
         )
-
-        def found() -> list[Group] | None:
-            finer = finer_groups(self.structure, groups, solved, state, driven, passives)
-            return None if finer is groups else finer
-
-        return self.mechanism.kept.of("finer groups", key, found) or groups
+        given = self.structure, groups, solved, state, driven, passives
+        return self.mechanism.kept.of("finer groups", key, lambda: finer_groups(*given))
 
     def kinematics(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
         """Return what solves all rows of some groups while some joints are driven."""
@@ -192,16 +185,12 @@ class LoopSystem:
 def _needed(groups: list[Group], left_out: frozenset[int]) -> list[int]:
     """Return the indices of groups that decide what is not left out, or close loops for these."""
     closer = {loop: index for index, group in enumerate(groups) for loop in group.loops}
-    pending = [
+    deciding = [
         index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
     ]
-    needed: set[int] = set()
-    while pending:
-        index = pending.pop()
-        if index not in needed:
-            needed.add(index)
-            pending.extend(closer[loop] for loop in groups[index].crossed_loops)
-    return sorted(needed)
+    return sorted(
+        reached(deciding, lambda index: (closer[loop] for loop in groups[index].crossed_loops))
+    )
 
 
 def finer_groups(
@@ -245,7 +234,15 @@ def finer_groups(
         doubtful = _unproven(structure, groups, finer, x, drives, closed)
         if not doubtful:
             return finer
-        left = [group for group in divided if not any(_share(group, other) for other in doubtful)]
+        left = [
+            group
+            for group in divided
+            if all(
+                group.items(structure).isdisjoint(other.items(structure))
+                and not np.isin(group.passives, other.passives).any()
+                for other in doubtful
+            )
+        ]
         if len(left) == len(divided):
             return groups
         divided = left
@@ -277,36 +274,23 @@ def _unproven(
     solvers = [solver_of(structure.mechanism, finer[index]) for index in chosen]
     kinematics = Kinematics(structure.mechanism.coordinates, drives, solvers)
     new = [local for local, index in enumerate(chosen) if not is_known[index]]
-    refuted = _refuted_at(kinematics, new, x) or _refuted_around(kinematics, new, x)
-    return [solvers[index].group for index in refuted]
+    return [solvers[index].group for index in _refuted(kinematics, new, x)]
 
 
-def _refuted_at(kinematics: Kinematics, new: list[int], x: Array) -> list[int]:
-    """Return which of the new groups do not decide all their joints, and no others, at a position.
-
-    With x `(size,)`.
-    """
-    solvers = [kinematics.solvers[index] for index in new]
-    states = [solver.evaluate(x[None, :], solver.equations.full) for solver in solvers]
-    return [
-        index
-        for index, state in zip(new, states, strict=True)
-        if not (_decides(state) and float(state.condition[0]) < REGULAR_CONDITION)
-    ]
-
-
-def _refuted_around(kinematics: Kinematics, new: list[int], x: Array) -> list[int]:
+def _refuted(kinematics: Kinematics, new: list[int], x: Array) -> list[int]:
     """Return which of the new groups do not follow generic displacements of all drives.
 
-    A group does if it closes its loops, decides its joints at all these positions, and no others,
-    and if all groups do whose motion it depends on.
+    A group does if it closes its loops and decides its joints, and no others, at all these
+    positions and at the one amid them, which has to be regular, and if all groups do whose motion
+    it depends on.
 
     With x `(size,)`.
     """
     coordinates, drives = kinematics.coordinates, kinematics.drives
     columns = coordinates.column_of(drives)
-    guess = np.repeat(x[None, :], STATES_AROUND, axis=0)
-    guess[:, columns] += AROUND * generic(STATES_AROUND, len(drives)) / coordinates.scale[columns]
+    guess = np.repeat(x[None, :], 1 + CONFIGURATIONS, axis=0)
+    steps = AROUND * generic(CONFIGURATIONS, len(drives))
+    guess[1:, columns] += steps / coordinates.scale[columns]
     with np.errstate(all="ignore"):  # Where a drive cannot move that far, steps may overflow.
         states = kinematics.close(guess).groups
     refuted, undecided = [], set[int]()
@@ -314,7 +298,8 @@ def _refuted_around(kinematics: Kinematics, new: list[int], x: Array) -> list[in
         follows = undecided.isdisjoint(state.group.known.tolist())
         follows = follows and bool(np.all(state.residual < CLOSURE_TOLERANCE))
         if index in new:
-            follows = follows and _decides(state)
+            is_regular = float(state.condition[0]) < REGULAR_CONDITION
+            follows = follows and is_regular and _decides(state)
         if not follows:
             refuted += [index] if index in new else []
             undecided |= set(state.group.passives.tolist())
@@ -328,15 +313,6 @@ def _decides(state: GroupState) -> bool:
     """
     own, rank = state.scaled_rows, state.scaled_rows.shape[1] - len(state.group.idle)
     return bool(np.all(ranks(own) == rank) and np.all(ranks(state.all_scaled_rows) == rank))
-
-
-def _share(first: Group, second: Group) -> bool:
-    """Return whether two groups have loops, couplings, or joints that they decide, in common."""
-    return not (
-        set(first.loops).isdisjoint(second.loops)
-        and set(first.couplings).isdisjoint(second.couplings)
-        and set(first.passives.tolist()).isdisjoint(second.passives.tolist())
-    )
 
 
 def _count(groups: list[Group]) -> int:

@@ -17,7 +17,7 @@ from ...kit.arrays import Array
 from ...kit.errors import AssemblyError, CardanError, SingularConfigurationError
 from ...kit.frozen import read_only
 from .closing.all_groups import Kinematics
-from .closing.group_solver import LONGEST_STEP, MOST_STEPS_FROM_AFAR
+from .closing.group_solver import LONGEST_STEP
 from .division import Division
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
 
@@ -179,7 +179,7 @@ class _Way:
 
         def closed() -> tuple[Array, str]:
             zero = self._mechanism.zero
-            state = self._kinematics.close(zero[None, :], most=MOST_STEPS_FROM_AFAR)
+            state = self._kinematics.close(zero[None, :])
             # While no step was shortened, this is the assembly mode that the zero is nearest to.
             if not (state.residual[0] < CLOSURE_TOLERANCE and state.correction[0] < LONGEST_STEP):
                 return nearest(self._searched(zero, {}))

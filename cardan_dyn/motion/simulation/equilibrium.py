@@ -15,6 +15,7 @@ from ...core.results.collect import sweep_of
 from ...core.results.prescribed import Prescribed
 from ...core.results.sweep import Sweep
 from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
+from ...kit.differences import displacements, kinks, slopes
 from ...kit.errors import CardanError, EquilibriumError, MobilityError, choices
 from ...kit.frozen import frozen, read_only
 from .energy_functions import without_elements
@@ -23,14 +24,10 @@ from .start_state import drive_positions
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-_STEPS = (1e-3, 1e-5, 1e-7, 1e-9)
-"""Steps of differences [rad, or as a fraction of the characteristic length]: with a stencil of
-fifth order, the error of the first and that of rounding are both about 1e-13 of the forces. The
-others are for laws with kinks, and for places beside the end of a table."""
-_PLACES = (-2.0, -1.0, 1.0, 2.0)
-_STENCIL = np.array([[1, -8, 8, -1], [0, -6, 6, 0], [1, -2, 2, -1], [1, -4, -4, 1]]) / 12.0
-"""Weights of what differs at these places from the middle: derivatives of fifth and third order,
-and what is left of a kink beside the middle and in it."""
+_FINER = (1.0, 1e-2, 1e-4, 1e-6)
+"""Units of differences [rad, or as a fraction of the characteristic length]: the first has errors
+of 1e-13 of the forces. The others are for laws with kinks, and for places beside the end of a
+table."""
 _UNEVEN = 1e-5
 """What is left of a kink, as a fraction of the greatest stiffness or force, from which on a step is
 too long: a curve leaves the square of the first step."""
@@ -73,7 +70,7 @@ class Equilibrium(Prescribed):
         self.sweep = statics.sweep(position[None, :])
         self._scale = read_only(statics.scale)
         greatest = float(np.max(np.abs(stiffness * self._scale[:, None] * self._scale)))
-        noise = _NOISE * _STEPS[0] / statics.step * statics.wrench
+        noise = _NOISE / statics.unit * statics.wrench
         self._noise = max(noise, ROUNDED * greatest, _NONE)
         self._freeze()
 
@@ -205,7 +202,7 @@ class _Statics:
         problem: of the scene.
         scale: `(f,)` units of the free coordinates: 1 rad, or the characteristic length.
         greatest: greatest effort seen [N·m].
-        step: of the last differences [rad, or as a fraction of the characteristic length].
+        unit: of the last differences [rad, or as a fraction of the characteristic length].
         is_at_kink: whether no step was short enough for them.
         wrench: greatest moment, or force by the characteristic length, seen in a joint [N·m].
     """
@@ -221,7 +218,7 @@ class _Statics:
             ]
         )
         self.greatest = self.wrench = 0.0
-        self.step, self.is_at_kink = _STEPS[0], False
+        self.unit, self.is_at_kink = _FINER[0], False
 
     def sweep(self, positions: Array) -> Sweep:
         """Return the scene at rest at positions `(N, f)`."""
@@ -250,33 +247,22 @@ class _Statics:
 
         With the longest step that leaves kinks outside.
         """
-        for self.step in _STEPS:
+        for self.unit in _FINER:
+            units = self.unit * self.scale
             try:
-                effort, beside = self._around(x, self.step * self.scale)
+                efforts = self._efforts(x + np.vstack([np.zeros_like(x), displacements(units)]))
             except CardanError:
-                if self.step == _STEPS[-1]:
+                if self.unit == _FINER[-1]:
                     raise
                 continue
-            changes = np.einsum("nk,jki->nij", _STENCIL, beside - effort)
-            derivative, inner, beside, inside = changes / (self.step * self.scale)
-            units = self.scale[:, None] * self.scale
-            size = max(self.wrench, float(np.max(np.abs(inner * units))))
-            left = np.maximum(np.abs(beside), np.abs(inside)) * units
-            self.is_at_kink = bool(np.max(left) > _UNEVEN * size)
+            self.greatest = max(self.greatest, float(np.max(np.abs(efforts * self.scale))))
+            derivative, size = slopes(efforts[1:], units), self.scale[:, None] * self.scale
+            most = max(self.wrench, float(np.max(np.abs(derivative * size))))
+            left = kinks(efforts[1:], efforts[0], units) * size
+            self.is_at_kink = bool(np.max(left) > _UNEVEN * most)
             if not self.is_at_kink:
-                return effort, derivative
-        # Across a kink, it is between those of both sides.
-        return effort, inner
-
-    def _around(self, x: Array, steps: Array) -> tuple[Array, Array]:
-        """Return efforts at a position and beside it, `(f,)` and `(f, 4, f)`."""
-        places = [x]
-        for index in range(len(x)):
-            own = steps * (np.arange(len(x)) == index)
-            places += [x + factor * own for factor in _PLACES]
-        efforts = self._efforts(np.array(places))
-        self.greatest = max(self.greatest, float(np.max(np.abs(efforts * self.scale))))
-        return efforts[0], efforts[1:].reshape(len(x), len(_PLACES), len(x))
+                break
+        return efforts[0], derivative
 
     def inertia(self, x: Array) -> Array:
         """Return the generalised inertia `(f, f)` at a position."""

@@ -17,9 +17,8 @@ def columns(mechanism: cd.Mechanism, names: str) -> list[int]:
 
 def near(mechanism: cd.Mechanism, x: np.ndarray, held: str = "") -> list[Freedoms]:
     every = set(range(mechanism.model.nv))
-    return Surroundings(Structure(mechanism), x).freedoms(
-        set(columns(mechanism, held)), set(), every
-    )
+    held_columns = set(columns(mechanism, held))
+    return Surroundings(Structure(mechanism), x, held_columns, every).freedoms()
 
 
 def test_the_motion_of_a_four_bar_is_the_difference_of_its_positions() -> None:
@@ -66,17 +65,17 @@ def test_where_modes_meet_there_is_one_freedom_more_than_around() -> None:
     for name, sign in (("A", 1.0), ("B", -1.0), ("D", 1.0), ("C", 1.0)):
         x[flat.coordinates.columns[name]] = 0.5 * np.pi * sign
     every = set(range(flat.model.nv))
-    assert Surroundings(Structure(flat), x).freedoms(set(), set(), every, here=True)[0].number == 2
+    around = Surroundings(Structure(flat), x, set(), every)
+    assert [item.number for item in around.freedoms(here=True)] == [2]
     assert {item.number for item in near(flat, x)} == {1}
 
 
 def test_spins_of_idle_rods_count_only_if_they_are_asked_for() -> None:
     mechanism = cd.load(as_balls())
     every = set(range(mechanism.model.nv))
-    around = Surroundings(Structure(mechanism), mechanism.coordinates.neutral())
-    numbers = [
-        around.freedoms(set(), set(), every, with_spins)[0].number for with_spins in (False, True)
-    ]
+    x = mechanism.coordinates.neutral()
+    around = Surroundings(Structure(mechanism), x, set(), every)
+    numbers = [around.freedoms(with_spins=spins)[0].number for spins in (False, True)]
     assert numbers[1] == numbers[0] + 1 == cd.describe(mechanism).mobility
 
 
@@ -84,6 +83,6 @@ def test_only_the_motion_of_needed_joints_matters() -> None:
     mechanism = five_bar()
     _, start = solver(mechanism, "A", "D")
     (a,) = columns(mechanism, "A")
-    (item, *_) = Surroundings(Structure(mechanism), start).freedoms(set(), set(), {a})
+    (item, *_) = Surroundings(Structure(mechanism), start, set(), {a}).freedoms()
     assert item.number == 1
     assert item.moving([a]) == {a}

@@ -176,7 +176,7 @@ def test_couplings_are_counted_after_the_loops() -> None:
     check_complete(mechanism, groups, "A")
 
 
-def test_loose_bodies_join_the_only_group_of_a_small_mechanism() -> None:
+def test_bodies_on_no_loop_stay_out_of_its_group() -> None:
     arm = link("s"), joint("S", "ground", "s", (5.0, 0.0))
     mechanism = described(
         *(link(name) for name in "abd"),
@@ -186,12 +186,11 @@ def test_loose_bodies_join_the_only_group_of_a_small_mechanism() -> None:
         loop("L", "b", "d", "2 0 0", "0 1 0"),
         *arm,
     )
-    (group,) = groups_of(mechanism, "A", "S")
-    assert group.bodies == list(range(5))
-    assert group.loops == (0,)
+    groups = groups_of(mechanism, "A", "S")
+    assert [group.loops for group in groups] == [(0,), ()]
     # The arm is on no loop, so its drive is not among what the loop knows.
-    assert names_of(mechanism, group.known) == {"A"}
-    check_complete(mechanism, [group], "A")
+    assert names_of(mechanism, groups[0].known) == {"A"}
+    check_complete(mechanism, groups, "A")
 
 
 def star(arms: int, length: int) -> cd.Mechanism:
@@ -207,33 +206,32 @@ def star(arms: int, length: int) -> cd.Mechanism:
     return described(*parts)
 
 
-def test_bodies_on_no_loop_are_divided_into_small_groups() -> None:
-    mechanism = star(10, 2)
-    groups = groups_of(mechanism)
-    assert all(group.loops == () and not group.passives.size for group in groups)
-    assert [len(group.inertial_bodies) for group in groups] == [8, 8, 4]
-    assert max(len(group.bodies) for group in groups) == 8
-    check_complete(mechanism, groups)
-
-
-def test_a_long_chain_is_not_carried_again_and_again() -> None:
-    """Every piece hangs from the last body of the one before it."""
-    mechanism = star(1, 60)
-    groups = groups_of(mechanism)
-    assert [group.bodies for group in groups] == [
-        list(range(start, min(start + 8, 60))) for start in range(0, 60, 8)
-    ]
-    assert [group.base for group in groups] == list(range(-1, 56, 8))
-    check_complete(mechanism, groups)
-
-
-def test_a_mechanism_without_loops_is_one_group() -> None:
-    mechanism = star(2, 7)
-    (group,) = groups_of(mechanism)
-    assert group.bodies == list(range(14))
-    assert (group.loops, group.couplings, group.base) == ((), (), -1)
+def test_each_branch_of_bodies_on_no_loop_is_a_group() -> None:
     mechanism = star(3, 5)
     groups = groups_of(mechanism)
-    assert len(groups) > 1
-    assert max(len(group.bodies) for group in groups) <= 8
+    assert all(group.loops == () and not group.passives.size for group in groups)
+    assert [group.bodies for group in groups] == [
+        list(range(first, first + 5)) for first in (0, 5, 10)
+    ]
+    assert {group.base for group in groups} == {-1}
     check_complete(mechanism, groups)
+
+
+def test_a_branch_hangs_from_a_body_of_a_loop() -> None:
+    tool = link("t"), joint("T", "b", "t"), link("u"), joint("U", "t", "u"), joint("V", "b", "v")
+    mechanism = described(
+        *(link(name) for name in "abdv"),
+        joint("A", "ground", "a"),
+        joint("B", "a", "b", (0.0, 1.0)),
+        joint("D", "ground", "d", (2.0, 0.0)),
+        loop("L", "b", "d", "2 0 0", "0 1 0"),
+        *tool,
+    )
+    groups = groups_of(mechanism, "A", "T", "U", "V")
+    body = {name: mechanism.joints[name].id - 1 for name in "BTUV"}
+    branches = {(tuple(sorted(group.bodies)), group.base) for group in groups if not group.loops}
+    assert branches == {
+        (tuple(sorted((body["T"], body["U"]))), body["B"]),
+        ((body["V"],), body["B"]),
+    }
+    check_complete(mechanism, groups, "A")

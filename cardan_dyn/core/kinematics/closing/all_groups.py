@@ -173,26 +173,30 @@ class Kinematics:
 
         The state may be that of a single position, for N rates.
         """
-        v = np.zeros((len(drive_rates), self.coordinates.model.nv))
-        v[:, self.drives] = drive_rates
-        for group_state in state.groups:
-            known, passives = group_state.group.known, group_state.group.passives
-            if passives.size:
-                v[:, passives] = group_state.rates(v[:, known, None])[:, :, 0]
-        return v
+        v = np.zeros((len(drive_rates), self.coordinates.model.nv, 1))
+        v[:, self.drives, 0] = drive_rates
+        return self._led(state, v, [np.zeros(1, dtype=int)] * len(state.groups))[:, :, 0]
 
     def velocity_ratios(self, state: ClosedState) -> Array:
         """Return joint rates `(N, nv, d)` per unit rate of each drive while the others rest."""
         drives = self.drives
         ratios = np.zeros((len(state.x), self.coordinates.model.nv, drives.size))
         ratios[:, drives, np.arange(drives.size)] = 1.0
-        for group_state, moving in zip(state.groups, self._moving, strict=True):
-            known, passives = group_state.group.known, group_state.group.passives
+        return self._led(state, ratios, self._moving)
+
+    def _led(self, state: ClosedState, v: Array, columns: list[Array]) -> Array:
+        """Return rates `(N, nv, c)` of the drives with those of all that these lead, in place.
+
+        Args:
+            state: closed positions, or a single one.
+            v: rates; passives rest.
+            columns: those that move each group.
+        """
+        for group_state, own in zip(state.groups, columns, strict=True):
+            known, passives = group_state.group.known[:, None], group_state.group.passives[:, None]
             if passives.size:
-                ratios[:, passives[:, None], moving] = group_state.rates(
-                    ratios[:, known[:, None], moving]
-                )
-        return ratios
+                v[:, passives, own] = group_state.rates(v[:, known, own])
+        return v
 
     @cached_property
     def depends(self) -> Array | None:
@@ -240,13 +244,12 @@ class Kinematics:
 
 def _joined(x: Array, groups: list[GroupState]) -> ClosedState:
     """Return the state of all groups, each at the coordinates `x`."""
-    if len(groups) == 1 and groups[0].solver.group.passives.size:
-        (only,) = groups
-        return ClosedState(x, groups, only.residual, only.condition, only.correction)
-    residual, condition = np.zeros(len(x)), np.ones(len(x))
-    correction = np.zeros(len(x))
-    for group in groups:
-        np.maximum(residual, group.residual, out=residual)
-        np.maximum(condition, group.condition, out=condition)
-        np.maximum(correction, group.correction, out=correction)
+    residual, condition, correction = (
+        np.maximum.reduce([np.full(len(x), least), *values])
+        for least, values in (
+            (0.0, [group.residual for group in groups]),
+            (1.0, [group.condition for group in groups]),
+            (0.0, [group.correction for group in groups]),
+        )
+    )
     return ClosedState(x, groups, residual, condition, correction)

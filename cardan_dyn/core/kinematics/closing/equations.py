@@ -12,13 +12,13 @@ through, more rows are redundant in the axes of a body behind the slide.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import Array
+from ....kit.arrays import ROUNDED, Array
 from ...mechanics import closure, spins
 from ...mechanics.bodies import massless
 from ...mechanics.placements import Placed, moving, placed
@@ -43,11 +43,6 @@ from ...tape import Program, Trace, absolute, greater, sqrt
 from ..loops.groups import Group
 from ..loops.routes import carried, carriers_of
 from ..tolerances import RANK_TOLERANCE
-
-_ALIGNED = 1e-12
-"""Greatest deviation of a projector's entries from 0 and 1 that counts as rounding. The rounding of
-a projector of six columns is some 1e-15; a space that is tilted against the axes by an angle has
-entries of the size of that angle."""
 
 
 class LoopAxes(NamedTuple):
@@ -149,14 +144,6 @@ class ClosureEquations:
         if not columns:
             columns, ratio = coupling.predecessor_columns, abs(coupling.ratio)
         return ratio * (self.length if self.slides[columns[0]] else 1.0)
-
-    def _natural(self, x: Array | Mapping[int, Scalar]) -> dict[int, Scalar]:
-        """Return coordinates `(size,)` or `(size, N)` by columns, slides in the tree's length."""
-        return {
-            column: x[column] / (self.tree.length if body.kind == "prismatic" else 1.0)
-            for body in self.tree.bodies
-            for column in body.columns
-        }
 
     @cached_property
     def full(self) -> Reduction:
@@ -286,8 +273,13 @@ class ClosureEquations:
         return program.run_rows(given, count).T
 
     def _inputs(self, trace: Trace) -> dict[int, Scalar]:
-        """Return inputs for the coordinates of the bodies, by columns; see `_natural`."""
-        return self._natural({c: trace.input(f"x{c}", 0.0) for c in self.columns})
+        """Return the coordinates of the bodies by columns, slides in the tree's length."""
+        return {
+            column: trace.input(f"x{column}", 0.0)
+            / (self.tree.length if body.kind == "prismatic" else 1.0)
+            for body in self.tree.bodies
+            for column in body.columns
+        }
 
     def _traced_rows(self, trace: Trace, reduction: Reduction) -> list[Scalar]:
         """Return what `at` returns at one sample: rows, errors and the residual."""
@@ -393,7 +385,8 @@ def _combined(values: Sequence[Scalar], vectors: Array) -> list[Scalar]:
 def axis_aligned(vectors: Array) -> Array:
     """Return a basis of the same space along the axes where the space allows it.
 
-    Exact zeros and ones keep the rows of a planar or spherical loop free of rounding.
+    Exact zeros and ones keep the rows of a planar or spherical loop free of rounding. Of a space
+    that is tilted against the axes by an angle, the projector has entries of the size of that.
 
     Args:
         vectors: `(6, r)` orthonormal columns.
@@ -403,7 +396,7 @@ def axis_aligned(vectors: Array) -> Array:
     """
     projector = vectors @ vectors.T
     exact = np.rint(projector)
-    if vectors.shape[1] and (np.abs(projector - exact) <= _ALIGNED).all():
+    if vectors.shape[1] and (np.abs(projector - exact) <= ROUNDED).all():
         return np.eye(6)[:, np.diag(exact) == 1.0]
     return vectors
 

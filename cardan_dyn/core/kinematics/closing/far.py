@@ -1,13 +1,15 @@
 """Far: close loops from far away, where Newton's method leads nowhere.
 
 Descriptions often give positions of the joints in which the loops are not quite closed, or not at
-all. `closed_from` lowers the closure error wherever it starts; `assembled_near` tries other starts
-where that ends in a minimum of the error; `states_around` leaves closed configurations at which
-fewer closure equations are independent than anywhere else (dead points, change points).
+all. `closed_from` lowers the closure error wherever it starts, `starts_about` says where else to
+start; `assembled_near` does so where that ends in a minimum of the error; `states_around` leaves
+closed configurations at which fewer closure equations are independent than anywhere else (dead
+points, change points).
 """
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import NamedTuple
 
 import numpy as np
@@ -16,32 +18,34 @@ from ....kit.arrays import EPS, Array, generic
 from ...proof.closed_positions import refuse_left
 from ..loops.groups import independent_groups
 from ..loops.structure import Structure
-from ..tolerances import AROUND, CLOSURE_TOLERANCE, LONGEST_WAY, STATES_AROUND
-from .group_solver import GroupSolver, GroupState, solver_of
+from ..tolerances import AROUND, CLOSURE_TOLERANCE, CONFIGURATIONS, LONGEST_WAY
+from .group_solver import MOST_STEPS, GroupSolver, GroupState, solver_of
 from .stacked import ranks, times, transposed
 
-_MOST_STEPS = 200
-"""Greatest number of steps. From half a radian off some 10 suffice; in narrow curved valleys of the
-error, as near singular configurations, steps become short."""
-_CLOSED = 1e-13
-"""Closure error at which a start is closed: some hundred times the rounding of its equations, which
-are solved as normal equations and so come no nearer where they are badly conditioned."""
-_FIRST_DAMPING = 1e-3
-"""First damping relative to the greatest diagonal element of the normal equations: small, so that
-starts from nearby take steps like Newton's, and it grows fourfold with every step refused."""
-_LEAST_GAIN = 1e-3
-"""Least ratio of the actual to the predicted fall of the squared error of a step that is taken."""
-_AMPLITUDES = (0.02, 0.1, 0.3, 1.0, np.pi)
-"""Greatest displacements [rad, or lengths of the mechanism] of further starts: small ones leave a
-singular position, from which no step leads away, and keep the assembly mode; large ones find a
-closed configuration wherever it is."""
-_STARTS = 12
-"""Starts per amplitude. They are solved together, and the search ends with the first amplitude that
-leads to closed loops."""
+_STARTS = 24
+"""Starts about a place: some for each assembly mode, of which robots have sixteen at most."""
+
+
+def starts_about(solver: GroupSolver, x: Array, reach: float, still: Container[int] = ()) -> Array:
+    """Return coordinates `(K, size)` about others, the same ones in every call.
+
+    Args:
+        solver: of a group; its passives are displaced.
+        x: `(size,)` coordinates, or `(K, size)`.
+        reach: greatest displacement [rad, or lengths of the mechanism].
+        still: velocity coordinates that stay.
+    """
+    passives = solver.group.passives
+    step = reach * generic(_STARTS, len(passives))
+    step[:, [rate in still for rate in passives.tolist()]] = 0.0
+    return solver.moved(np.broadcast_to(x, (_STARTS, x.shape[-1])), step)
 
 
 def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
     """Close the loops of a group from starts that may be far from closed.
+
+    Steps are damped by the square of the error at most: from nearby they are Newton's. What is
+    closed is improved until rounding refuses a step.
 
     Args:
         solver: of the group; its passives move.
@@ -49,51 +53,45 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
 
     Returns:
         Coordinates `(N, size)` and closure errors `(N,)` that were reached; the caller judges them.
+
+    Source: Yamashita and Fukushima (2001); Nielsen (1999) for damping after a step.
     """
-    x = x.copy()
+    x, size = x.copy(), len(solver.group.passives)
     matrices, error, residual = solver.linearised(x)
     squares = np.sum(error**2, axis=1)
-    normal = matrices @ transposed(matrices)
-    greatest = np.max(np.diagonal(normal, axis1=1, axis2=2), axis=1, initial=1e-300)
-    damping, growth = _FIRST_DAMPING * greatest, np.full(len(x), 2.0)
-    # Less would be lost in the rounding of the normal equations, which may be singular without.
-    rounding = matrices.shape[1] * EPS
-    identity = np.eye(matrices.shape[1])
-    for _ in range(_MOST_STEPS if matrices.shape[1] else 0):
-        (active,) = np.nonzero((residual > _CLOSED) & np.isfinite(damping))
+    damping, growth = squares.copy(), np.full(len(x), 2.0)
+    for _ in range(MOST_STEPS if size else 0):
+        (active,) = np.nonzero((residual > EPS) & np.isfinite(damping))
         if not active.size:
             break
         rows = matrices[active]
-        gradient = times(rows, error[active])
-        shifted = rows @ transposed(rows) + damping[active, None, None] * identity
-        step = -np.linalg.solve(shifted, gradient[:, :, None])[:, :, 0]
+        normal = rows @ transposed(rows)
+        # Less would be lost in the rounding of the normal equations, which may be singular without.
+        least = EPS * np.trace(normal, axis1=1, axis2=2)
+        shifted = normal + np.maximum(damping[active], least)[:, None, None] * np.eye(size)
+        step = -np.linalg.solve(shifted, times(rows, error[active])[:, :, None])[:, :, 0]
         longest = np.max(np.abs(step), axis=1)
         step *= np.minimum(1.0, LONGEST_WAY / np.maximum(longest, LONGEST_WAY))[:, None]
         linear = error[active] + times(transposed(rows), step)
         predicted = squares[active] - np.sum(linear**2, axis=1)
         tried = solver.moved(x[active], step)
-        new_matrices, new_error, new_residual = solver.linearised(tried)
-        new_squares = np.sum(new_error**2, axis=1)
+        there = solver.linearised(tried)
+        new_squares = np.sum(there[1] ** 2, axis=1)
         # Comparisons with numbers that are not finite are false, so these steps are not taken.
-        gain = np.minimum((squares[active] - new_squares) / np.maximum(predicted, 1e-300), 1.0)
-        taken = gain > _LEAST_GAIN
-        better = active[taken]
-        x[better], matrices[better], error[better] = (
-            tried[taken],
-            new_matrices[taken],
-            new_error[taken],
-        )
-        residual[better], squares[better] = new_residual[taken], new_squares[taken]
-        # Nielsen's rule: damping falls smoothly where the linear model holds, else grows faster
-        # and faster.
-        damping[better] *= np.maximum(1.0 / 3.0, 1.0 - (2.0 * gain[taken] - 1.0) ** 3)
-        np.maximum(damping, rounding * greatest, out=damping)
+        taken = (new_squares < squares[active]) & (predicted > 0.0)
+        better, worse = active[taken], active[~taken]
+        gain = np.minimum((squares[better] - new_squares[taken]) / predicted[taken], 1.0)
+        x[better], squares[better] = tried[taken], new_squares[taken]
+        matrices[better], error[better], residual[better] = (own[taken] for own in there)
+        # Damping falls smoothly where the linear model holds, else it grows faster and faster.
+        fallen = damping[better] * np.maximum(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3)
+        damping[better] = np.minimum(fallen, squares[better])
         growth[better] = 2.0
-        worse = active[~taken]
-        damping[worse] *= growth[worse]
+        damping[worse] = np.maximum(damping[worse], least[~taken]) * growth[worse]
         growth[worse] *= 2.0
         # In a minimum of the error, no step lowers it by more than rounding.
-        damping[active[predicted <= rounding * squares[active]]] = np.inf
+        is_least = predicted <= size * EPS * squares[active]
+        damping[active[is_least | (~taken & (residual[active] < CLOSURE_TOLERANCE))]] = np.inf
     return x, residual
 
 
@@ -134,27 +132,26 @@ def assembled_near(
 
 
 def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:
-    """Return coordinates in which the loops of a group are closed, and the closure error."""
-    best, residual = closed_from(solver, x[None, :])
-    if residual[0] < CLOSURE_TOLERANCE:
-        return best[0], float(residual[0])
-    # The same starts in every call, so that a scene starts in the same configuration every time.
-    generator = np.random.default_rng(7)
-    least, least_residual = best[0], float(residual[0])
-    for amplitude in _AMPLITUDES:
-        step = generator.uniform(-amplitude, amplitude, (_STARTS, len(solver.group.passives)))
-        starts = solver.moved(np.repeat(x[None, :], _STARTS, axis=0), step)
-        reached, residual = closed_from(solver, starts)
-        closed = residual < CLOSURE_TOLERANCE
-        if np.any(closed):
-            reached, residual = reached[closed], residual[closed]
-            apart = solver.coordinates.apart(reached, x)
-            nearest = int(np.argmin(np.linalg.norm(apart, axis=1)))
-            return reached[nearest], float(residual[nearest])
-        if np.min(residual) < least_residual:
-            index = int(np.argmin(residual))
-            least, least_residual = reached[index], float(residual[index])
-    return least, least_residual
+    """Return coordinates in which the loops of a group are closed, and the closure error.
+
+    Small displacements leave a singular position, from which no step leads away, and keep the
+    assembly mode; large ones find a closed configuration wherever it is.
+    """
+    least, error = x, np.inf
+    for reach in (0.0, *np.geomspace(AROUND, np.pi, 5)):
+        reached, residual = closed_from(
+            solver, starts_about(solver, x, reach) if reach else x[None, :]
+        )
+        # Of closed ones the nearest counts.
+        away = np.linalg.norm(solver.coordinates.apart(reached, x), axis=1)
+        best = int(np.argmin(np.where(residual < CLOSURE_TOLERANCE, away, np.inf)))
+        if not residual[best] < CLOSURE_TOLERANCE:
+            best = int(np.argmin(residual))
+        if residual[best] < error:
+            least, error = reached[best], float(residual[best])
+        if error < CLOSURE_TOLERANCE:
+            break
+    return least, error
 
 
 class GenericStates(NamedTuple):
@@ -206,11 +203,17 @@ def generic_states(
     return result
 
 
-def states_around(solver: GroupSolver, first: Array) -> GenericStates:
-    """Return generic states around closed coordinates `(size,)`; only the passives move."""
-    step = AROUND * generic(STATES_AROUND, len(solver.group.passives))
+def states_around(solver: GroupSolver, first: Array, count: int = CONFIGURATIONS) -> GenericStates:
+    """Return generic ones of some states around closed coordinates; only the passives move.
+
+    Args:
+        solver: of the group.
+        first: `(size,)` closed coordinates.
+        count: number of states that are tried, those among them.
+    """
+    step = AROUND * generic(count, len(solver.group.passives))
     step[0] = 0.0
-    starts = solver.moved(np.repeat(first[None, :], STATES_AROUND, axis=0), step)
+    starts = solver.moved(np.broadcast_to(first, (count, len(first))), step)
     reached, residual = closed_from(solver, starts)
     is_closed = residual < CLOSURE_TOLERANCE
     # The first one was closed by the caller, if only to the rounding of its badly conditioned rows.

@@ -15,36 +15,16 @@ from ....kit.arrays import EPS, Array, generic
 from ...mechanism.kept import MOST, Kept
 from ...mechanism.mechanism import Mechanism
 from ..loops.groups import Group
-from ..loops.structure import OPEN_CONFIGURATIONS
-from ..tolerances import CLOSURE_TOLERANCE
+from ..tolerances import CLOSURE_TOLERANCE, CONFIGURATIONS, SINGULAR_CONDITION
 from .equations import ClosureEquations, Reduction, equations_of
 from .stacked import factorised, refined, times, transposed
 
-_CONVERGED = 1e-17
-"""Error [rad] that the last step of Newton's method may leave, well below rounding, since only its
-order is known before the loops are evaluated once more."""
-_STRAIGHT, _CURVATURE = 3e-10, 100.0
-"""Newton steps [rad] up to which nothing is gained by bending them, since they leave less than
-rounding: this times their square at most, where no singular configuration is near."""
-_BENT = 0.1
-"""Newton steps [rad] up to which the curvature of the closure equations tells where they lead."""
-_MOST_BENT = 0.25
-"""Ratio of what the curvature adds to a step from which on it is left out: its powers are what is
-neglected, so the step is too long for them."""
 LONGEST_STEP = 0.5
 """Greatest Newton step [rad]: farther away, a full step may end in another assembly mode. Over half
 a radian, sines differ from their linearisation by 4 %."""
-_SETTLED = 1e-9
-"""Angle [rad] of an idle rod from where it settles from which one more step leaves rounding, even
-where hinges near their singular position magnify what is left, its square, a thousandfold."""
-_UNMOVED = 1e-12
-"""Newton step [rad] up to which an idle rod stays where it settled. Where a rod settles depends on
-how its line lies, so each step turns it about that in proportion."""
-MOST_STEPS = 12
-"""Newton steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since
-each squares the error; the rest is for guesses from which steps are shortened to `LONGEST_STEP`."""
-MOST_STEPS_FROM_AFAR = 60
-"""The same for guesses anywhere within half a turn of closed loops: many steps are shortened."""
+MOST_STEPS = 100
+"""Steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since each
+squares the error; from afar many are short, as in narrow curved valleys of the error."""
 
 
 class GroupSolver:
@@ -120,9 +100,9 @@ class GroupSolver:
         """
 
         def found() -> Reduction:
-            rows = np.repeat(x[None, :], OPEN_CONFIGURATIONS, axis=0)
+            rows = np.repeat(x[None, :], CONFIGURATIONS, axis=0)
             moves = self.coordinates.moves(self.movable)
-            step = generic(OPEN_CONFIGURATIONS, len(self.movable))
+            step = generic(CONFIGURATIONS, len(self.movable))
             step[:, moves.slides] *= self.equations.length
             moves.apply(rows, step)
             return self.equations.reduction(rows, self.movable)
@@ -135,7 +115,7 @@ class GroupSolver:
         return np.maximum.reduce(np.abs(step * self._scale), axis=1, initial=0.0)
 
     def _bend(self, state: GroupState, step: Array, sizes: Array) -> Array:
-        """Shorten Newton steps, and let them follow the curvature, where that is known.
+        """Shorten Newton steps, and let them follow the curvature where that brings them nearer.
 
         Args:
             state: where they begin.
@@ -146,18 +126,18 @@ class GroupSolver:
             Errors `(N,)` after them, in order of magnitude [rad].
         """
         step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
-        left = _CURVATURE * sizes**2
-        is_good = (sizes > _STRAIGHT) & (sizes <= _BENT)
-        if not np.logical_or.reduce(is_good):
-            return left
-        bend = state.bend(step)
-        bends = self._sizes(bend)
-        is_good &= bends <= _MOST_BENT * sizes
-        # What a straight step leaves is the bend, and its error falls in the same ratio again; the
-        # third power is that of sines, where steps happen to need no bend.
-        ratio = bends / np.maximum(sizes, np.finfo(float).tiny)
-        step += np.where(is_good[:, None], bend, 0.0)
-        return np.where(is_good, ratio * bends + sizes**3, left)
+        # A step leaves its square, as much greater as the equations are badly conditioned.
+        left = np.minimum(state.condition, SINGULAR_CONDITION) * sizes**2
+        is_bent = (left > EPS) & (sizes <= LONGEST_STEP)
+        if np.logical_or.reduce(is_bent):
+            bend = state.bend(step)
+            bends = self._sizes(bend)
+            # What a straight step leaves is the bend, and its error falls in the same ratio again;
+            # the third power is that of sines, where steps happen to need no bend.
+            after = bends**2 / np.maximum(sizes, np.finfo(float).tiny) + sizes**3
+            left = np.where(is_bent, after, left)
+            step += np.where((is_bent & (after < bends))[:, None], bend, 0.0)
+        return left
 
     def newton(
         self,
@@ -189,8 +169,32 @@ class GroupSolver:
         # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
         if state.rows.shape[2] != self.group.passives.size:
             leaves = None
-        correction, now, rest = state.correction, state, np.arange(len(x))
-        for count in range(most):
+        state = self._stepped(state, np.arange(len(x)), x, turns, most, leaves)
+        if settles and self.group.idle:
+            # What is open stays as it is.
+            (closed,) = np.nonzero(state.residual < CLOSURE_TOLERANCE)
+            correction = state.correction.copy()
+            state = self._stepped(state, closed, x, turns, most, None, settles)
+            state.correction[:] = correction
+            # Whole turns of their joints depend on the way as well.
+            columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
+            x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
+        return state._replace(x=x)
+
+    def _stepped(
+        self,
+        state: GroupState,
+        rest: Array,
+        x: Array,
+        turns: Array | None,
+        most: int,
+        leaves: float | None,
+        settles: bool = False,
+    ) -> GroupState:
+        """Return the state after steps of some samples (index), see `newton`."""
+        now, correction = state if rest.size == len(x) else state.of(rest), state.correction
+        before = np.full(len(x), np.inf)
+        for count in range(most if rest.size else 0):
             step = now.step(now.error)
             sizes = self._sizes(step)
             correction[rest] += sizes
@@ -199,7 +203,19 @@ class GroupSolver:
             if not goes.all():
                 now, rest, step, sizes = now.of(goes), rest[goes], step[goes], sizes[goes]
             left = self._bend(now, step, sizes)
-            self._advance(x, rest, step)
+            # Where loops are closed, a step that is no shorter than the one before is rounding.
+            left[(sizes >= before[rest]) & (now.residual < CLOSURE_TOLERANCE)] = 0.0
+            before[rest] = sizes
+            if settles:
+                angles = self.equations.turned(x[rest]).clip(-LONGEST_STEP, LONGEST_STEP)
+                # The last columns turn rods back by their angles. Where a rod settles depends on
+                # how its line lies, so each step turns it about that in proportion.
+                step -= times(transposed(now.inverse)[:, :, -angles.shape[1] :], angles)
+                spins = now.condition * np.maximum.reduce(angles**2, axis=1)
+                left = np.maximum(spins, np.where(left > 0.0, sizes, 0.0))
+            own = x[rest]
+            self._moves.apply(own, step)
+            x[rest] = own
             if leaves is not None:
                 goes = ~((left <= leaves) & np.isfinite(now.condition))
                 done = rest[~goes]
@@ -207,54 +223,14 @@ class GroupSolver:
                 rest, left = rest[goes], left[goes]
             if not rest.size or (leaves is not None and count == most - 1):
                 break
-            now = self.evaluate(x[rest], reduction, None if turns is None else turns[rest])
+            now = self.evaluate(x[rest], state.reduction, None if turns is None else turns[rest])
             state = state.with_samples(rest, now)
-            goes = left > _CONVERGED
+            goes = left > EPS
             if not goes.all():
                 now, rest = now.of(goes), rest[goes]
             if not rest.size:
                 break
-        if settles and self.group.idle:
-            state = self._settled(state, x, turns)
-        return state._replace(x=x, correction=correction)
-
-    def _advance(self, x: Array, samples: Array, step: Array) -> None:
-        """Move some samples (index) of coordinates `(N, size)` by steps `(n, p)`."""
-        own = x[samples]
-        self._moves.apply(own, step)
-        x[samples] = own
-
-    def _settled(self, state: GroupState, x: Array, turns: Array | None) -> GroupState:
-        """Turn idle rods about their lines to where they settle while loops stay closed.
-
-        Args:
-            state: of closed loops; what is open stays as it is.
-            x: `(N, size)`, changed in place.
-            turns: see `evaluate`.
-        """
-        (rest,) = np.nonzero(state.residual < CLOSURE_TOLERANCE)
-        now = state.of(rest)
-        for _ in range(MOST_STEPS_FROM_AFAR if rest.size else 0):
-            angles = self.equations.turned(x[rest]).clip(-LONGEST_STEP, LONGEST_STEP)
-            spins = np.maximum.reduce(np.abs(angles), axis=1)
-            step = now.step(now.error)
-            sizes = self._sizes(step)
-            self._bend(now, step, sizes)
-            # The last columns turn rods back by their angles.
-            turns_back = times(transposed(now.inverse)[:, :, -angles.shape[1] :], angles)
-            self._advance(x, rest, step - turns_back)
-            now = self.evaluate(x[rest], state.reduction, None if turns is None else turns[rest])
-            state = state.with_samples(rest, now)
-            # Steps that are mere rounding are as large as the condition makes them.
-            unmoved = np.maximum(_UNMOVED, 10.0 * EPS * now.condition)
-            goes = ~((sizes < unmoved) & (spins < _SETTLED)) & np.isfinite(sizes)
-            now, rest = now.of(goes), rest[goes]
-            if not rest.size:
-                break
-        # Whole turns of their joints depend on the way as well.
-        columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
-        x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
-        return state
+        return state._replace(correction=correction)
 
     @cached_property
     def idle_columns(self) -> Array:

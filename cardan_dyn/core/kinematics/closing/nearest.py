@@ -11,21 +11,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ....kit.arrays import Array, generic
+from ....kit.arrays import Array
 from ....kit.errors import AssemblyError
 from ..loops.groups import independent_groups
 from ..loops.structure import Structure
 from ..tolerances import CLOSURE_TOLERANCE, LONGEST_WAY, RANK_TOLERANCE, SAFE_CORRECTION
-from .far import assembled_near, closed_from
-from .group_solver import solver_of
-
-_MOST_STEPS = 100
-"""Greatest number of steps: each divides what is left by ten or more, unless the positions are
-farther off than what counts as near."""
-
-_STARTS = 24
-"""Starts beside the first. Each leads to an assembly mode near the positions that are given, of
-which there are few: two of a planar loop, eight or sixteen of robots."""
+from .far import assembled_near, closed_from, starts_about
+from .group_solver import MOST_STEPS, solver_of
 
 
 def nearest_to(
@@ -50,10 +42,14 @@ def nearest_to(
         AssemblyError: as many joints decide them as are given, or nothing closed is near.
     """
     coordinates = structure.mechanism.coordinates
-    columns, rates = coordinates.columns_of(wanted), np.array(coordinates.rates_of(wanted))
+    columns, rates = coordinates.columns_of(wanted), coordinates.rates_of(wanted)
     values, scale = np.array(list(wanted.values())), coordinates.scale[columns]
     best, away = None, np.full(len(values), np.inf)
-    for begun in (x, *_starts(structure, x, rates, free)):
+    # Which assembly mode is meant is known of no joint alone: others may be anywhere.
+    starts = x
+    for group in independent_groups(structure, free):
+        starts = starts_about(solver_of(structure.mechanism, group), starts, np.pi, rates)
+    for begun in np.vstack([x, starts]):
         start, residual = assembled_near(structure, begun, free, needed)
         if residual < CLOSURE_TOLERANCE:
             found, exceeds = _least(structure, start, dict(zip(rates, values, strict=True)), free)
@@ -80,19 +76,6 @@ def nearest_to(
     return best
 
 
-def _starts(structure: Structure, x: Array, stay: Array, free: Array) -> Array:
-    """Return coordinates `(K, size)` in which all joints but some are anywhere.
-
-    Which assembly mode is meant is known of none of these alone.
-    """
-    every = np.repeat(x[None, :], _STARTS, axis=0)
-    for group in independent_groups(structure, free):
-        step = np.pi * generic(_STARTS, len(group.passives))
-        step[:, np.isin(group.passives, stay)] = 0.0
-        every = solver_of(structure.mechanism, group).moved(every, step)
-    return every
-
-
 def _least(
     structure: Structure, x: Array, wanted: Mapping[int, float], free: Array
 ) -> tuple[Array | None, bool]:
@@ -116,7 +99,7 @@ def _least(
         columns = np.array([column_of[rate] for rate in rates])
         values = np.array([wanted[rate] for rate in rates])
         solver = solver_of(structure.mechanism, group)
-        for _ in range(_MOST_STEPS):
+        for _ in range(MOST_STEPS):
             rows = solver.linearised(x[None, :])[0][0]
             left, sizes, _ = np.linalg.svd(rows)
             rank = int(np.sum(sizes > RANK_TOLERANCE * np.max(sizes, initial=0.0)))

@@ -10,18 +10,15 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ....kit.arrays import Array, generic
+from ....kit.arrays import Array
+from ....kit.errors import choices
 from ...mechanism.mechanism import Mechanism
 from ..tolerances import CLOSURE_TOLERANCE, MOVES
-from .far import closed_from
+from .far import closed_from, starts_about
 from .group_solver import GroupSolver
 
 _COMPARABLE = 1.5
 """Ratio of two distances from a drawing up to which it does not tell which of the two is meant."""
-_STARTS = 24
-"""Starts of the search, ten for each of the assemblies that are so near: two, seldom four."""
-_MOST_NAMED = 4
-"""Joints that a message places, so that it stays readable."""
 
 
 def nearest_of_rivals(
@@ -43,9 +40,7 @@ def nearest_of_rivals(
         if not len(solver.group.passives) or solver.group.idle:
             continue  # Of a rod that may spin, every turn is another configuration.
         away = _away(mechanism, x[None, :], zero)[0]
-        reach = (1.0 + _COMPARABLE) * away
-        steps = reach * generic(_STARTS, len(solver.group.passives))
-        starts = solver.moved(np.repeat(x[None, :], _STARTS, axis=0), steps)
+        starts = starts_about(solver, x, (1.0 + _COMPARABLE) * away)
         found, residual = closed_from(solver, starts)
         found = found[residual < CLOSURE_TOLERANCE]
         found = found[_away(mechanism, found, x) > MOVES]
@@ -78,8 +73,8 @@ def _away(mechanism: Mechanism, x: Array, other: Array) -> Array:
 
 
 def _named(mechanism: Mechanism, solver: GroupSolver, x: Array) -> str:
-    """Return where the first joints of a group are, in words."""
+    """Return where the joints of a group are, in words."""
     passives = set(solver.group.passives.tolist())
     named = mechanism.coordinates.named.items()
     places = [f"{name} {x[item.column]:.4g}" for name, item in named if item.rate in passives]
-    return ", ".join(places[:_MOST_NAMED])
+    return choices(places)

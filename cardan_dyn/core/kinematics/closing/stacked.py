@@ -127,11 +127,5 @@ def condition_numbers(rows: Array, inverse: Array, scale: Array | None) -> Array
     """
     if scale is not None:
         rows, inverse = rows * scale, inverse / scale.T
-    return np.asarray(np.sqrt(_squared_norms(rows) * _squared_norms(inverse)))
-
-
-def _squared_norms(matrices: Array) -> Array:
-    """Return the sums `(N,)` of all squared entries of matrices `(N, i, j)`."""
-    count, rows, columns = matrices.shape
-    vectors = matrices.reshape(count, 1, rows * columns)
-    return np.matmul(vectors, vectors.transpose(0, 2, 1)).reshape(count)
+    squares = [np.einsum("nij,nij->n", matrices, matrices) for matrices in (rows, inverse)]
+    return np.asarray(np.sqrt(squares[0] * squares[1]))

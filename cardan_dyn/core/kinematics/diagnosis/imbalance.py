@@ -25,33 +25,31 @@ from ...mechanism.carried import CarriedFrame
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
 from ...problem.problem import Problem
+from ..closing.all_groups import Kinematics
 from ..closing.far import states_around
-from ..closing.group_solver import GroupSolver
-from ..closing.stacked import ranks
+from ..closing.group_solver import solver_of
 from ..loops.groups import independent_groups
 from ..loops.idle_rods import idle_rods
 from ..loops.structure import Structure
 from ..tolerances import MOVES
-from .singularities import Singularity, gimbal_note
+from .singularities import gimbal_note, singularity_at
 
 _MOST = 3
 """Motions, or sets of links that move alike, that a message describes; others are counted."""
-_MOST_TRIED = 100
-"""Held joints, and drives, that are left out by way of trial, each of which takes some time."""
-_GOOD = 0.5
-"""Part of the fastest candidate's rate with which another one decides a motion as well."""
 
 
-def imbalance(problem: Problem, x: Array, passives: set[int], condition: float) -> CardanError:
+def imbalance(
+    problem: Problem, x: Array, passives: set[int], kinematics: Kinematics
+) -> CardanError:
     """Return the error that says why a scene's drives do not decide its motion.
 
     Args:
         problem: the drives and held joints of the scene.
         x: `(size,)` closed coordinates.
         passives: velocity coordinates that something must decide.
-        condition: of the closure equations at the closed coordinates.
+        kinematics: of the scene.
     """
-    return _Imbalance(problem, x, passives).error(condition)
+    return _Imbalance(problem, x, passives).error(kinematics)
 
 
 class _Imbalance:
@@ -65,30 +63,30 @@ class _Imbalance:
             name: spans[item.joint].start + item.offset for name, item in mechanism.drivable.items()
         }
         self._driven = [self._column_of[name] for name in self._drives]
-        self._resting = {self._column_of[name] for name in self._held}
-        self._needed = passives | set(self._driven)
-        self._around = Surroundings(Structure(mechanism), x)
+        self._around = Surroundings(
+            Structure(mechanism),
+            x,
+            {self._column_of[name] for name in self._held},
+            passives | set(self._driven),
+        )
 
-    def error(self, condition: float) -> CardanError:
-        """Return the error; `condition` is that where the scene starts."""
+    def error(self, kinematics: Kinematics) -> CardanError:
+        """Return the error, see `imbalance`."""
         mechanism, drives, driven = self._mechanism, self._drives, self._driven
-        asked = self._resting, set(driven), self._needed
-        found = self._around.freedoms(*asked)
-        # The first one is where the scene starts, unless that is singular.
-        best = found[int(np.argmax([item.rank_of(driven) for item in found]))]
+        found = self._around.freedoms(driven)
+        best = max(found, key=lambda item: item.rank_of(driven))
         excess = len(drives) - best.rank_of(driven)
-        if _decides([best], driven):
-            (here,) = self._around.freedoms(*asked, here=True)
-            if not _decides([here], driven):
-                return self._dead_point(here, best, condition)
+        if _decides(best, driven):
+            (here,) = self._around.freedoms(driven, here=True)
+            if not _decides(here, driven):
+                return self._dead_point(kinematics, best.x)
             # Then spins of rods are left over that the rule for idle rods does not decide.
-            best = self._around.freedoms(*asked, with_spins=True)[0]
+            best = self._around.freedoms(driven, with_spins=True)[0]
         surplus = self._surplus() if excess else []
-        coupled = self._coupled() if excess else ""
         left = best.while_resting(driven)
         free, advised = self._names(left.moving(self._passives)), self._advised(best)
         reasons = []
-        if coupled:
+        if excess and (coupled := self._coupled()):
             reasons.append(coupled)
         elif best.number == 0:
             reasons.append(self._locked(surplus))
@@ -129,54 +127,42 @@ class _Imbalance:
         the components of its rotation.
         """
         mechanism, drivable = self._mechanism, self._mechanism.drivable
-        closing = {loop.joint for loop in mechanism.loops}
-
-        def depth(name: str) -> int:
-            """Return how many bodies carry a joint; a loop comes after all joints of the tree."""
-            joint = mechanism.joints[drivable[name].joint]
-            model = mechanism.model
-            return model.njoints if joint.name in closing else len(ancestors(model, joint.id))
-
+        bodies = {name: mechanism.joints[item.joint].id for name, item in drivable.items()}
+        closing = {mechanism.joints[loop.joint].id for loop in mechanism.loops}
         # Motors mostly sit near the ground, and so do the joints that a scene holds.
-        ordered = (*mechanism.independent_coordinates, *sorted(drivable, key=depth))
+        ordered = sorted(
+            drivable,
+            key=lambda name: (
+                name != drivable[name].joint,
+                name not in mechanism.independent_coordinates,
+                bodies[name] in closing,
+                len(ancestors(mechanism.model, bodies[name])),
+            ),
+        )
         taken = {*self._drives, *self._held}
-        free = [name for name in dict.fromkeys(ordered) if name in drivable and name not in taken]
-        free.sort(key=lambda name: name != drivable[name].joint)
-        return [self._column_of[name] for name in free]
+        return [self._column_of[name] for name in ordered if name not in taken]
 
     def _advised(self, best: Freedoms) -> list[str]:
         """Return what decides the motion once it is driven or held as well."""
         candidates, known = self._candidates(), [*self._driven]
-        more = best.chosen(candidates, known)
-        while more:
+        while more := best.chosen(candidates, known):
             known += more
             # A rod whose joint is driven is no longer idle, and what turns with it may be free.
-            found = self._around.freedoms(self._resting, set(known), self._needed)
-            more = found[0].chosen(candidates, known)
+            best = self._around.freedoms(known)[0]
         return self._drivable(known[len(self._driven) :])
 
-    def _dead_point(
-        self, here: Freedoms, elsewhere: Freedoms, condition: float
-    ) -> SingularConfigurationError:
+    def _dead_point(self, kinematics: Kinematics, elsewhere: Array) -> SingularConfigurationError:
         """Return the error for a start that is singular, with the joints that are concerned."""
-        mechanism, every = self._mechanism, set(range(self._mechanism.model.nv))
-        position = here.x[mechanism.coordinates.columns_of(self._drives)]
-        moving = self._names(here.moving(every))
-        lost = self._names(elsewhere.moving(every) - here.moving(every))
-        singularity = Singularity(
-            tuple(name for name in lost if name not in moving),
-            tuple(self._names(here.while_resting(self._driven).moving(every))),
-            self._drives,
-            here.number > elsewhere.number,
-        )
-        passives = every - self._resting - set(self._driven)
-        note = gimbal_note(mechanism.coordinates, here.x, passives)
+        coordinates, x = self._mechanism.coordinates, self._around.x
+        position = x[coordinates.columns_of(self._drives)]
+        singularity = singularity_at(kinematics, x, elsewhere)
+        note = gimbal_note(coordinates, x, kinematics.passives.tolist())
         return SingularConfigurationError(
-            f"{mechanism.name}: position {as_text(position)} of {choices(self._drives)}, where the "
-            f"scene starts, is singular: {singularity.text}. Give near={{joint: position}} to "
-            f"begin elsewhere, or choose another drive{note}",
+            f"{self._mechanism.name}: position {as_text(position)} of {choices(self._drives)}, "
+            f"where the scene starts, is singular: {singularity.text}. Give near={{joint: "
+            f"position}} to begin elsewhere, or choose another drive{note}",
             position=as_position(position),
-            condition=condition,
+            condition=float(kinematics.evaluate(x[None, :]).condition[0]),
             **singularity.details,
         )
 
@@ -187,19 +173,17 @@ class _Imbalance:
         wheels.
         """
         prescribed = [*self._driven, *(self._column_of[name] for name in self._held)]
-        edges = [
-            (item.name, item.predecessor_columns[0], item.successor_columns[0])
+        edges = {
+            item.name: {*item.predecessor_columns, *item.successor_columns}
             for item in self._mechanism.couplings
             if len(item.predecessor_columns) == len(item.successor_columns) == 1
-        ]
+        }
         for first in prescribed:
-            reached, used = [first], []
-            for column in reached:
-                for name, *ends in edges:
-                    if column in ends and name not in used:
-                        used.append(name)
-                        reached += [end for end in ends if end not in reached]
-            both = [column for column in reached if column in prescribed]
+            reached, used = {first}, set[str]()
+            for _ in edges:
+                used |= {name for name, ends in edges.items() if not ends.isdisjoint(reached)}
+                reached = reached.union(*(edges[name] for name in used))
+            both = reached.intersection(prescribed)
             if len(both) > 1:
                 return (
                     f"{choices(used)} couple{'s' * (len(used) == 1)} "
@@ -209,13 +193,12 @@ class _Imbalance:
 
     def _surplus(self) -> list[str]:
         """Return held joints and drives that are one too many: without any of them it moves."""
-        drives = self._drives[:_MOST_TRIED] if len(self._drives) > 1 else ()
         result = []
-        for name in (*self._held[:_MOST_TRIED], *drives):
+        for name in (*self._held, *(self._drives if len(self._drives) > 1 else ())):
             released = self._column_of[name]
             driven = [column for column in self._driven if column != released]
-            resting, needed = self._resting - {released}, self._needed | {released}
-            if _decides(self._around.freedoms(resting, set(driven), needed), driven):
+            found = self._around.freedoms(driven, released)
+            if any(_decides(item, driven) for item in found):
                 result.append(name)
         return result
 
@@ -254,9 +237,9 @@ class _Imbalance:
         )
 
 
-def _decides(found: list[Freedoms], driven: list[int]) -> bool:
-    """Return whether drives decide all motions in some generic configuration."""
-    return any(item.rank_of(driven) == len(driven) == item.number for item in found)
+def _decides(found: Freedoms, driven: list[int]) -> bool:
+    """Return whether drives decide all motions."""
+    return found.rank_of(driven) == len(driven) == found.number
 
 
 def _too_many(still: list[str], surplus: list[str], drives: tuple[str, ...], excess: int) -> str:
@@ -293,15 +276,22 @@ class Freedoms(NamedTuple):
 
     def rank_of(self, columns: list[int]) -> int:
         """Return how many of some velocity coordinates move independently of each other."""
-        return _rank(self.motions[columns])
+        return self._felt(columns)[0]
 
     def while_resting(self, columns: list[int]) -> Freedoms:
         """Return the motions in which some velocity coordinates rest."""
-        rows = self.motions[columns]
-        if not rows.size:
-            return self
-        _, _, right = np.linalg.svd(rows)
-        return self._replace(motions=self.motions @ right[_rank(rows) :].T)
+        rank, directions = self._felt(columns)
+        return self._replace(motions=self.motions @ directions[:, rank:])
+
+    def seen_by(self, columns: list[int]) -> Freedoms:
+        """Return as many motions as move some velocity coordinates in different ways."""
+        rank, directions = self._felt(columns)
+        return self._replace(motions=self.motions @ directions[:, :rank])
+
+    def _felt(self, columns: list[int]) -> tuple[int, Array]:
+        """Return directions `(m, m)` among the motions, those that coordinates feel first."""
+        _, values, right = np.linalg.svd(self.motions[columns])
+        return int(np.sum(values > MOVES)), right.T
 
     def moving(self, columns: Iterable[int]) -> set[int]:
         """Return those of some velocity coordinates that any of the motions moves."""
@@ -312,116 +302,71 @@ class Freedoms(NamedTuple):
         """Return velocity coordinates that move independently of each other and of known ones.
 
         Args:
-            candidates: to choose from; of those that serve well, the first ones are taken.
+            candidates: to choose from; of those half as fast as the fastest, the first are taken.
             known: what is decided already; independent of each other or not.
         """
-        rows = self.while_resting(known).motions
-        result: list[int] = []
-        while rows.shape[1]:
-            sizes = np.linalg.norm(rows[candidates], axis=1)
-            if not sizes.size or np.max(sizes) <= MOVES:
-                break
-            best = candidates[int(np.argmax(sizes > _GOOD * np.max(sizes)))]
-            result.append(best)
-            _, _, right = np.linalg.svd(rows[[best]])
-            rows = rows @ right[1:].T
+        left, result = self.while_resting(known), list[int]()
+        while left.moving(candidates):
+            sizes = np.linalg.norm(left.motions[candidates], axis=1)
+            result.append(candidates[int(np.argmax(2.0 * sizes > np.max(sizes)))])
+            left = left.while_resting(result[-1:])
         return result
 
 
-class Surroundings:
-    """Generic configurations around a closed one, with any joints held.
+class Surroundings(NamedTuple):
+    """A closed configuration, and a generic one beside it.
 
-    What was found for some held joints is kept: their ranks take longer than all that follows.
+    Attributes:
+        structure: of the mechanism.
+        x: `(size,)` closed coordinates.
+        held: velocity coordinates that rest.
+        needed: velocity coordinates whose motion matters.
     """
 
-    def __init__(self, structure: Structure, x: Array) -> None:
-        """Begin with nothing.
-
-        Args:
-            structure: of the mechanism.
-            x: `(size,)` closed coordinates.
-        """
-        self._structure = structure
-        self._x = x
-        self._known: dict[object, list[tuple[Array, Array, Array]]] = {}
+    structure: Structure
+    x: Array
+    held: set[int]
+    needed: set[int]
 
     def freedoms(
         self,
-        held: set[int],
-        drives: set[int],
-        needed: set[int],
+        drives: Iterable[int] = (),
+        released: int | None = None,
         with_spins: bool = False,
         here: bool = False,
     ) -> list[Freedoms]:
-        """Return the freedoms in the configurations, in the closed one first unless it is singular.
+        """Return the freedoms at the closed configuration, unless it is singular, and beside it.
 
         Args:
-            held: velocity coordinates that rest.
             drives: velocity coordinates of the drives; they move as all others do.
-            needed: velocity coordinates whose motion matters.
+            released: a held one that moves as well, or a drive that is none.
             with_spins: whether spins of idle rods count as freedoms.
             here: whether only the closed configuration is asked for, singular or not.
         """
-        mechanism = self._structure.mechanism
-        free = sorted(set(range(mechanism.model.nv)) - held)
-        key = frozenset(held), here
-        if key not in self._known:
-            self._known[key] = self._sets_of_loops(free, here)
-        sets, found = self._known[key], []
-        on_loops = {column for columns, *_ in sets for column in columns.tolist()}
-        loose = [column for column in free if column not in on_loops]
-        rods = () if with_spins else idle_rods(mechanism, set(free) - drives)
-        for index in range(max((len(states) for _, states, _ in sets), default=1)):
-            x, motions = self._x.copy(), []
-            for columns, states, null in sets:
-                chosen = states[index % len(states)]
-                x[chosen != self._x] = chosen[chosen != self._x]
-                own = null[index % len(states)]
-                motions.append(np.zeros((mechanism.model.nv, own.shape[1])))
-                motions[-1][columns] = own
-            every = np.concatenate([*motions, np.eye(mechanism.model.nv)[:, loose]], axis=1)
-            for rod in rods:
-                others = [column for column in free if column not in rod.columns]
-                every = every @ _row_space(every[others])
-            found.append(Freedoms(x, every @ _row_space(every[sorted(needed & set(free))])))
+        mechanism = self.structure.mechanism
+        free = set(range(mechanism.model.nv)) - (self.held - {released})
+        every = [Freedoms(self.x.copy(), np.eye(mechanism.model.nv)) for _ in range(2 - here)]
+        loose = set(free)
+        parts: list[list[Array]] = [[] for _ in every]
+        for group in independent_groups(self.structure, np.array(sorted(free), dtype=int)):
+            states = states_around(solver_of(mechanism, group), self.x, *[1] * here)
+            loose.difference_update(group.passives.tolist())
+            left, _, _ = np.linalg.svd(states.group.scaled_rows)
+            for item, motions, index in zip(every, parts, (0, -1), strict=False):
+                own = states.x[index] != self.x
+                item.x[own] = states.x[index][own]
+                motions.append(np.zeros((mechanism.model.nv, left.shape[1] - states.rank)))
+                motions[-1][group.passives] = left[index, :, states.rank :]
+        rods = () if with_spins else idle_rods(mechanism, free.difference(drives))
+        seen = [sorted(free.difference(rod.columns)) for rod in rods]
+        seen.append(sorted(free & (self.needed | {released})))
+        found = []
+        for item, motions in zip(every, parts, strict=True):
+            whole = np.concatenate([*motions, item.motions[:, sorted(loose)]], axis=1)
+            found.append(item._replace(motions=whole))
+            for columns in seen:
+                found[-1] = found[-1].seen_by(columns)
         return found
-
-    def _sets_of_loops(self, free: list[int], here: bool) -> list[tuple[Array, Array, Array]]:
-        """Return what is known of each set of loops that has no joint in common with others.
-
-        Returns:
-            Velocity coordinates `(p,)`, closed coordinates `(K, size)` and the motions that they
-            leave `(K, p, n)`.
-        """
-        result = []
-        for group in independent_groups(self._structure, np.array(free, dtype=int)):
-            if not group.passives.size:
-                continue
-            solver = GroupSolver(self._structure.mechanism, group)
-            if here:
-                x = self._x[None, :]
-                rows = solver.evaluate(x, solver.equations.full).scaled_rows
-                rank = int(ranks(rows)[0])
-            else:
-                states = states_around(solver, self._x)
-                x, rows, rank = states.x, states.group.scaled_rows, states.rank
-            left, _, _ = np.linalg.svd(rows)
-            result.append((group.passives, x, left[:, :, rank:]))
-        return result
-
-
-def _row_space(rows: Array) -> Array:
-    """Return an orthonormal basis `(m, rank)` of the combinations of columns that rows feel."""
-    if not rows.size:
-        return np.zeros((rows.shape[1], 0))
-    _, _, right = np.linalg.svd(rows, full_matrices=False)
-    return np.asarray(right[: _rank(rows)].T)
-
-
-def _rank(rows: Array) -> int:
-    if not rows.size:
-        return 0
-    return int(np.sum(np.linalg.svd(rows, compute_uv=False) > MOVES))
 
 
 def motion_text(mechanism: Mechanism, x: Array, motion: Array, most: int = _MOST) -> str:
@@ -434,31 +379,28 @@ def motion_text(mechanism: Mechanism, x: Array, motion: Array, most: int = _MOST
         most: how many sets of links that move alike are described; the others are counted.
     """
     length, rates = mechanism.characteristic_length, motion * mechanism.coordinates.rate_scale
-    moving = []
-    for name in mechanism.links:
+    names, origins, twists = [*mechanism.links], [], []
+    for name in names:
         frame = CarriedFrame(mechanism, name, np.zeros(3))
         velocity, spin, *_ = (rate[:, 0] for rate in frame.rates(x[None], rates[None]))
-        moving.append((name, frame.placed(x[None])[1][0], velocity, spin))
+        origins.append(frame.placed(x[None])[1][0])
+        twists.append(np.array([velocity / length, spin]))
+    least = MOVES * float(np.max(np.abs(twists)))
+    moving = [index for index, twist in enumerate(twists) if np.max(np.abs(twist)) > least]
 
-    def size(velocity: Array, spin: Array) -> float:
-        return float(np.max(np.abs([velocity / length, spin])))
+    def is_fixed_to(first: int, index: int) -> bool:
+        """Return whether a link moves as a body with another one."""
+        velocity, spin = twists[index]
+        there = velocity + np.cross(spin, origins[first] - origins[index]) / length
+        return bool(np.max(np.abs([there, spin] - twists[first])) <= least)
 
-    fastest = max(size(velocity, spin) for *_, velocity, spin in moving)
-    # Links that move as one body: their names, and how the origin of the first one moves.
-    sets: list[tuple[list[str], Array, Array, Array]] = []
-    for name, origin, velocity, spin in moving:
-        if size(velocity, spin) <= MOVES * fastest:
-            continue
-        for names, first, its_velocity, its_spin in sets:
-            there = velocity + np.cross(spin, first - origin)
-            if size(there - its_velocity, spin - its_spin) <= MOVES * fastest:
-                names.append(name)
-                break
-        else:
-            sets.append(([name], origin, velocity, spin))
-    sets.sort(key=lambda item: -len(item[0]))
-    texts = [_text(*item, length) for item in sets[:most]]
-    others = sum(len(names) for names, *_ in sets[most:])
+    sets: dict[int, list[str]] = {}
+    for index in moving:
+        first = next(first for first in moving if is_fixed_to(first, index))
+        sets.setdefault(first, []).append(names[index])
+    ordered = sorted(sets, key=lambda first: -len(sets[first]))
+    texts = [_text(sets[first], origins[first], *twists[first], length) for first in ordered[:most]]
+    others = sum(len(sets[first]) for first in ordered[most:])
     if others:
         texts.append(f"{others} more {'link' if others == 1 else 'links'} with them")
     return ", ".join(texts) if texts else "no link"
@@ -469,13 +411,13 @@ def _text(names: list[str], origin: Array, velocity: Array, spin: Array, length:
     several = len(names) > 1
     who = f"links {choices(names)}" if several else f"link {names[0]!r}"
     rate = float(np.linalg.norm(spin))
-    if rate * length <= MOVES * float(np.linalg.norm(velocity)):
+    if rate <= MOVES * float(np.linalg.norm(velocity)):
         return f"{who} {'slide' if several else 'slides'} along {_direction(velocity)}"
     axis = spin / rate
     # The point of the axis that is nearest to the link's origin.
-    point = _vector(origin + np.cross(axis, velocity) / rate, length)
+    point = _vector(origin + length * np.cross(axis, velocity) / rate, length)
     text = f"{who} {'turn' if several else 'turns'} about {_direction(axis)} through {point}"
-    if abs(float(axis @ velocity)) > MOVES * rate * length:
+    if abs(float(axis @ velocity)) > MOVES * rate:
         text += f" and {'slide' if several else 'slides'} along it"
     return text
 

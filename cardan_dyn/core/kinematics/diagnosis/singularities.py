@@ -16,11 +16,9 @@ from ..tolerances import MOVES, REGULAR_CONDITION
 _RESTS = 1e-2
 """Rate below which a joint rests near a singular position, and singular value below which it is
 one, as fractions of the greatest: singular positions are followed to ratios of 1e-4 and less, where
-the motion that the drive does not decide is found to the square root of that."""
-_MEETING = 100.0
-"""How many times the smallest singular value with the drives may exceed the one without them where
-assembly modes meet: both vanish together there. At a dead point of the drive the former does not
-vanish."""
+the motion that the drive does not decide is found to the square root of that. Where assembly modes
+meet, the smallest singular value with the drives vanishes with the one without them; at a dead
+point of the drive it exceeds that by more than the reciprocal."""
 
 
 class Singularity(NamedTuple):
@@ -78,7 +76,7 @@ def singularity_at(kinematics: Kinematics, x: Array, regular: Array) -> Singular
     rates = np.abs(left[:, last])
     moving = passives[rates > _RESTS * np.max(rates)]
     with_drives = np.linalg.svd(group.all_scaled_rows[0], compute_uv=False)
-    modes_meet = bool(with_drives[last] < _MEETING * values[last])
+    modes_meet = bool(_RESTS * with_drives[last] < values[last])
     lost: set[int] = set()
     if not modes_meet:
         with np.errstate(all="ignore"):  # The other position may be singular as well.

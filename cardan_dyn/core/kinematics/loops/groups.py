@@ -19,12 +19,6 @@ from .idle_rods import IdleRod, idle_rods
 from .routes import Crossing, Route, merged
 from .structure import Structure
 
-_PIECE = 8
-"""Bodies on no loop are divided into groups of this size. Pinocchio's memory for a model grows with
-the third power of its bodies, but every model costs calls of its own."""
-_WHOLE = 14
-"""Up to this many bodies, one model of the whole mechanism costs less than two smaller ones."""
-
 
 class Group(NamedTuple):
     """Loops that are solved together.
@@ -156,7 +150,7 @@ def partition(
         spinning = [rod for column, rod in idle.items() if column in block.passives]
         groups.append(group._replace(idle=tuple(spinning)))
         carried |= group.inertial_bodies
-    return _with_loose_bodies(mechanism.model, groups, carried)
+    return groups + _branches(mechanism.model, carried)
 
 
 def _with_idle(blocks: list[_Block], idle: dict[int, IdleRod]) -> list[_Block]:
@@ -319,41 +313,19 @@ def _in_order(labels: list[int], dependences: set[tuple[int, int]]) -> list[int]
     return order
 
 
-def _with_loose_bodies(
-    model: pinocchio.Model, groups: list[Group], carried: set[int]
-) -> list[Group]:
-    """Add the bodies that are on no loop, to the only group if the model stays small."""
-    count = model.njoints - 1
-    loose = [body for body in range(count) if body not in carried]
-    if not loose:
-        return groups
-    none = np.zeros(0, dtype=int)
-    if len(groups) <= 1 and count <= _WHOLE:
-        group = groups[0] if groups else Group((), (), none, none, [], -1, set())
-        every = list(range(count))
-        return [group._replace(bodies=every, base=-1, inertial_bodies=set(every))]
-    pieces = [
-        Group((), (), none, none, *_hanging(model, piece), set(piece))
-        for piece in _pieces(model, loose)
+def _branches(model: pinocchio.Model, carried: set[int]) -> list[Group]:
+    """Return a group for each branch of bodies on no loop, of bodies that carry each other."""
+    none, branches = np.zeros(0, dtype=int), dict[int, list[int]]()
+    for body in range(model.njoints - 1):
+        if body not in carried:
+            base = model.parents[body + 1] - 1
+            branches[body] = branches.get(base, [])
+            branches[body].append(body)
+    return [
+        Group((), (), none, none, bodies, model.parents[bodies[0] + 1] - 1, set(bodies))
+        for first, bodies in branches.items()
+        if first == bodies[0]
     ]
-    return groups + pieces
-
-
-def _pieces(model: pinocchio.Model, loose: list[int]) -> list[list[int]]:
-    """Divide bodies into sets each of which hangs from one body, by few others between."""
-    pieces: list[list[int]] = []
-    for body in loose:
-        if pieces and len(_hanging(model, [*pieces[-1], body])[0]) <= _PIECE:
-            pieces[-1].append(body)
-        else:
-            pieces.append([body])
-    return pieces
-
-
-def _hanging(model: pinocchio.Model, bodies: list[int]) -> tuple[list[int], int]:
-    """Return bodies with all between them and the nearest body from which they hang, and that."""
-    base = _nearest_common(model, [model.parents[body + 1] - 1 for body in bodies])
-    return _between(model, base, set(bodies)), base
 
 
 def _nearest_common(model: pinocchio.Model, bodies: list[int]) -> int:

@@ -15,26 +15,19 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio
 
-from ....kit.arrays import Array, cross
+from ....kit.arrays import NOTHING, Array, cross
 from ....kit.frozen import read_only
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
 from ...problem.problem import Problem
 from .structure import Structure
 
-_SAME = 1e-9
-"""Distance, as a fraction of the characteristic length, and angle [rad] up to which points and
-lines are the same: what a file with ten digits says."""
 _LIGHT = 1e-2
 """Part of the mechanism's mass up to which a body between hinges is a washer that nobody drives."""
 _BALANCED = 0.02
 """Distance of a centre of mass from the line, as a fraction of the characteristic length, up to
 which a body is a rod. Published robots have rods drawn askew by less; a body that hangs beside the
 line is a pendulum, whose motion nobody may decide by a rule."""
-
-
-_FLOATING_TURNS = slice(3, 6)
-"""Which velocity coordinates of a floating joint turn its body: they follow its three slides."""
 
 
 class JointEdge(NamedTuple):
@@ -162,7 +155,7 @@ class JointGraph:
             for coupling in mechanism.couplings
             for column in (*coupling.predecessor_columns, *coupling.successor_columns)
         }
-        self.tolerance = _SAME * mechanism.characteristic_length
+        self.tolerance = NOTHING * mechanism.characteristic_length
         self._placed = _rigid_bodies(mechanism, free)
         apart = [body for body, _ in _rigid_bodies(mechanism, set(range(model.nv)))]
         self._model = model
@@ -268,7 +261,8 @@ class JointGraph:
         if first is None or second is None or first.neighbour == second.neighbour:
             # In two bearings of the same body, it is a shaft, which somebody has to drive.
             return None
-        if not set(self.floating_columns(body)[_FLOATING_TURNS]) <= self._free:
+        # Of a floating joint the turns follow three slides.
+        if not self._free.issuperset(self.floating_columns(body)[3:]):
             return None
         offset = second.point - first.point
         if first.is_ball and second.is_ball:
@@ -340,8 +334,8 @@ def _rigid_bodies(mechanism: Mechanism, free: set[int]) -> list[tuple[int, pinoc
 
 
 def _are_parallel(first: Array, second: Array) -> bool:
-    """Return whether two unit vectors `(3,)` have the same line."""
-    return float(np.linalg.norm(cross(first, second))) < _SAME
+    """Return whether two unit vectors `(3,)` have the same line: what ten digits say."""
+    return float(np.linalg.norm(cross(first, second))) < NOTHING
 
 
 def common_point(lines: list[tuple[Array, Array]], tolerance: float) -> Array | None:

@@ -86,10 +86,10 @@ def needs(
             return deciding | {closer[loop] for loop in group.crossed_loops}
         return deciding | ({owner[group.base]} if group.base >= 0 else set())
 
-    forces = _reached((index for body in wanted for index in carriers[body]), loading)
+    forces = reached((index for body in wanted for index in carriers[body]), loading)
     carried = {item for body in moving_bodies for item in ancestors(mechanism.model, body + 1)}
     placing = {decider[body] for body in carried if body in decider}
-    motion = _reached(forces | placing, moving)
+    motion = reached(forces | placing, moving)
     known_bodies = {body for body, indices in carriers.items() if indices and indices <= forces}
     return Needs(sorted(motion), forces, known_bodies, False)
 
@@ -138,13 +138,13 @@ def _body_of_columns(model: pinocchio.Model) -> list[int]:
     return [index - 1 for index in range(1, model.njoints) for _ in range(model.nvs[index])]
 
 
-def _reached(starts: Iterable[int], successors: Callable[[int], Iterable[int]]) -> set[int]:
+def reached(starts: Iterable[int], successors: Callable[[int], Iterable[int]]) -> set[int]:
     """Return the nodes of a graph that can be reached from some of them, these included."""
-    reached: set[int] = set()
+    found: set[int] = set()
     pending = list(starts)
     while pending:
         node = pending.pop()
-        if node not in reached:
-            reached.add(node)
+        if node not in found:
+            found.add(node)
             pending.extend(successors(node))
-    return reached
+    return found

@@ -18,10 +18,6 @@ import pinocchio
 
 from ...mechanism.mechanism import Mechanism
 
-_AT_MOST = 0.5
-"""Part of the bodies on a loop that another way may have in order to be taken: what it saves has to
-outweigh that inertia is accounted for apart."""
-
 
 class Crossing(NamedTuple):
     """A loop that is crossed, outwards from the base of a group.
@@ -102,7 +98,8 @@ def short_routes(mechanism: Mechanism, paths: Sequence[list[int]]) -> dict[int, 
     """
     finder, found = _Finder(mechanism), {}
     for loop in sorted(range(len(mechanism.loops)), key=lambda loop: (len(paths[loop]), loop)):
-        route = finder.around(loop, int(_AT_MOST * len(paths[loop])))
+        # By half: what it saves has to outweigh that inertia is accounted for apart.
+        route = finder.around(loop, len(paths[loop]) // 2)
         if route is not None:
             found[loop] = route
         finder.cross(loop)

@@ -13,12 +13,8 @@ from ...mechanism.joints import Part
 from ...mechanism.kept import MOST
 from ...mechanism.mechanism import Mechanism
 from ...mechanism.tree import ancestors
-from ..tolerances import RANK_TOLERANCE
+from ..tolerances import CONFIGURATIONS, RANK_TOLERANCE
 from .routes import Carriers, Route, carried, carriers_of, short_routes
-
-OPEN_CONFIGURATIONS = 3
-"""Configurations of an open loop from which its rank is found. One would do for joints in general
-position; the others catch a configuration that happens to be special."""
 
 
 class Structure:
@@ -124,8 +120,8 @@ class Structure:
     def _generic_rank(self, way: Route, x: Array, moving: set[int]) -> int:
         """Return the rank of one loop, see `ranks`."""
         # For each body a rotation vector, of which a turn or a slide takes the first component.
-        values = generic(OPEN_CONFIGURATIONS, 3 * len(way.bodies))
-        each = values.reshape(OPEN_CONFIGURATIONS, -1, 3)
+        values = generic(CONFIGURATIONS, 3 * len(way.bodies))
+        each = values.reshape(CONFIGURATIONS, -1, 3)
         return _rank(np.concatenate([self._twists(way, x, moving, own) for own in each], axis=0))
 
     def ranks_at(
