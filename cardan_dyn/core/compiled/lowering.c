@@ -515,33 +515,27 @@ PyObject *instructions(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 4)
-    Py_buffer buffers[4];
-    int taken = 0;
+    const Py_buffer *buffers[4];
+    Taken *held = NULL;
     PyObject *result = NULL;
-    for (; taken < 4; taken++) {
-        if (PyObject_GetBuffer(given[taken], &buffers[taken], PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) < 0)
+    for (int k = 0; k < 4; k++)
+        if (!(buffers[k] = take(&held, given[k], k == 2 ? 'd' : 'i', PyBUF_C_CONTIGUOUS)))
             goto done;
-        if (!is_array_of(&buffers[taken], taken == 2 ? 'd' : 'i')) {
-            taken++;
-            goto done;
-        }
-    }
-    const Py_ssize_t nodes = buffers[0].len / 4, outputs = buffers[3].len / 4;
-    if (buffers[1].len != ARGUMENTS * buffers[0].len)
+    const Py_ssize_t nodes = buffers[0]->len / 4, outputs = buffers[3]->len / 4;
+    if (buffers[1]->len != ARGUMENTS * buffers[0]->len)
         PyErr_Format(PyExc_ValueError, "%zd nodes need %d arguments each", nodes, ARGUMENTS);
     else if (nodes > INT32_MAX / 256 || outputs > INT32_MAX / 256)
         PyErr_Format(PyExc_ValueError, "%zd nodes and %zd outputs are too many", nodes, outputs);
     else {
         Lowering of = {.nodes = (int32_t)nodes, .outputs = (int32_t)outputs};
-        of.operations = buffers[0].buf;
-        of.arguments = buffers[1].buf;
-        of.constants = buffers[2].buf;
-        of.output = buffers[3].buf;
-        result = instructions_of(&of, buffers[2].len / 8);
+        of.operations = buffers[0]->buf;
+        of.arguments = buffers[1]->buf;
+        of.constants = buffers[2]->buf;
+        of.output = buffers[3]->buf;
+        result = instructions_of(&of, buffers[2]->len / 8);
     }
 done:
-    while (taken)
-        PyBuffer_Release(&buffers[--taken]);
+    release(&held);
     return result;
 }
 
