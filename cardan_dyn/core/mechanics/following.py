@@ -21,9 +21,6 @@ from .placements import stepped
 from .sample import Position, Roles
 from .vectors import Scalar
 
-LONGEST = 1.0
-"""Greatest displacement [rad, or lengths] of a coordinate in a step, by each of its derivatives. Of
-longer steps some end by accident near other solutions, often whole turns of a joint away."""
 ALLOWED = 0.1
 """Error [rad, or lengths] of a prediction up to which a step is taken: small against the distance
 between branches where nothing singular is near. Nearer by, the sign of the determinant decides."""
@@ -186,13 +183,17 @@ class Line(NamedTuple):
 
 
 def _longest(place: Place) -> Scalar:
-    """Return the longest part of the way that a step may go from a place."""
+    """Return the longest part of the way that a step may go from a place.
+
+    By each of its derivatives a coordinate moves by one radian, or length, at most: of longer steps
+    some end by accident near other solutions, often whole turns of a joint away.
+    """
     fastest: Scalar = 0.0
     most_bent: Scalar = 0.0
     for rate, value in place.v.items():
         fastest = greater(fastest, absolute(value))
         most_bent = greater(most_bent, absolute(place.a[rate]))
-    return smaller(LONGEST / fastest, sqrt(2.0 * LONGEST / most_bent))
+    return smaller(1.0 / fastest, sqrt(2.0 / most_bent))
 
 
 def _chosen(taken: Scalar, new: Place, old: Place) -> Place:

@@ -11,7 +11,16 @@ from ...kit.arrays import Array
 from ..tape import absolute, greater, is_zero
 from . import closure, spinning, spins, teeth
 from .bodies import Tree
-from .elimination import Eliminated, Order, Row, UnsuitableError, chosen_at_each, eliminated
+from .elimination import (
+    Eliminated,
+    Order,
+    Row,
+    UnsuitableError,
+    chosen_at_each,
+    combined,
+    eliminated,
+    product,
+)
 from .placements import Placed, moving, placed, stepped
 from .reactions import (
     Closed,
@@ -245,10 +254,7 @@ class Position(NamedTuple):
 
     def _changes(self, rates: Mapping[int, Scalar]) -> list[Scalar]:
         """Return how fast the rows' errors grow at rates of some velocity coordinates."""
-        return [
-            sum((row[rate] * value for rate, value in rates.items() if rate in row), 0.0)
-            for row in self.rows
-        ]
+        return [product(rates, row) for row in self.rows]
 
 
 def passive_rows(rows: Sequence[Row], roles: Roles) -> list[Row]:
@@ -310,7 +316,7 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
     position = Position.of(tree, roles, x, given.offsets, order)
     at, factors = position.at, position.factors
     ratios = [position.velocities({drive: 1.0}) for drive in roles.drives]
-    v = _combined(ratios, given.speeds)
+    v = combined(ratios, given.speeds)
     known = {
         rate: value
         for rate, value in zip(roles.drives, given.accelerations, strict=True)
@@ -388,17 +394,6 @@ def openings(
     return stresses.influence(tree, position.at, roles.counted)
 
 
-def _combined(ratios: Sequence[Mapping[int, Scalar]], rates: Sequence[Scalar]) -> dict[int, Scalar]:
-    """Return the sum of velocity ratios, each times the rate of its drive."""
-    result: dict[int, Scalar] = {}
-    for of_drive, rate in zip(ratios, rates, strict=True):
-        if is_zero(rate):
-            continue
-        for index, ratio in of_drive.items():
-            result[index] = result.get(index, 0.0) + ratio * rate
-    return result
-
-
 def _by_virtual_work(
     tree: Tree,
     at: Placed,
@@ -411,10 +406,7 @@ def _by_virtual_work(
     needed = missing(
         open_tree.along(tree, at, range(len(tree.units))), loads, range(len(tree.units))
     )
-    return {
-        drive: sum((ratio * needed[rate] for rate, ratio in own.items()), 0.0)
-        for drive, own in zip(roles.drives, ratios, strict=True)
-    }
+    return {drive: product(own, needed) for drive, own in zip(roles.drives, ratios, strict=True)}
 
 
 def _exerted(
