@@ -63,9 +63,7 @@
     WITH(A2, "dsssss")   /* a + b c + d e */ \
     WITH(S2, "dsssss")   /* a - b c - d e */ \
     WITH(AS, "dsssss")   /* a + b c - d e */ \
-    WITH(ROT, "ddssss")  /* a c - b d, a d + b c: turned by an angle with cosine c and sine d */ \
     WITH(AMX, "dss")     /* the greater of a and |b| */ \
-    WITH(AMD, "dsss")    /* the greater of a and |b - c| */ \
     WITH(ADD3, "dsss")   /* a + b + c */ \
     WITH(PPM, "dssssss") /* a b + c d - e f */ \
     WITH(EXP, "ds")      /* exp a */ \
