@@ -25,9 +25,8 @@ redundant rows are those of each block by itself."""
 THRESHOLD = 0.1
 """Part of the greatest entry of its column that a pivot has at least, at all samples at which the
 order is chosen, each entry beside the greatest of its row: the usual compromise of threshold
-pivoting (Davis 2006, chapter 6)."""
-MOST_GROWTH = 1.0 / THRESHOLD
-"""Growth of an elimination up to which its order serves: what is allowed where it is chosen."""
+pivoting (Davis 2006, chapter 6). Its reciprocal is the growth of an elimination up to which its
+order serves: what is allowed where it is chosen."""
 
 _LEAST_ROW = 1e5
 """Times nothing up to which rows count as if that were their greatest entry: 1e-4 unless somebody

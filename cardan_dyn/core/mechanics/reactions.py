@@ -19,13 +19,6 @@ from .elimination import Eliminated, Order, Pivot, Row, UnsuitableError, elimina
 from .placements import Motion, Placed
 from .vectors import ZERO, Rotation, Scalar, Vector, added, cross, dot, less, seen, times, turned
 
-_STIFF = 1e-10
-"""Eigenvalues of the elastic energy up to this part of the greatest one count as zero.
-
-Eigenvalues are exact to eps = 2e-16 of the greatest one, and more digits are lost with the closure
-equations; smaller ones would choose forces by their rounding.
-"""
-
 
 class Push(NamedTuple):
     """A wrench on a body.
@@ -437,8 +430,9 @@ def _decided_by(energy: Sequence[Row], bounds: Sequence[Scalar]) -> list[int]:
             matrix[:, index, column] = _seen(entry)
     greatest = sum(np.broadcast_to(_seen(bound), samples) for bound in bounds)
     own = np.linalg.eigvalsh(matrix)
-    # Energies grow with the square of forces, of which the most compliant ways would store this.
-    least = np.maximum(_STIFF * np.abs(own).max(axis=1), NOTHING**2 * greatest)
+    # Smaller eigenvalues would choose forces by the rounding of the closure equations. Energies grow
+    # with the square of forces: those along the most compliant ways would store `greatest`.
+    least = np.maximum(NOTHING * np.abs(own).max(axis=1), NOTHING**2 * greatest)
     ranks = np.sum(own > least[:, None], axis=1)
     if np.any(ranks != ranks[0]):
         raise UnsuitableError

@@ -28,12 +28,13 @@ from .reactions import (
     Push,
     SelfStresses,
     Statics,
+    Wrench,
     Wrenches,
     closed,
     missing,
     momentum_rates,
 )
-from .vectors import ZERO, Scalar, Vector, seen, times, turned
+from .vectors import ZERO, Rotation, Scalar, Vector, seen, times, turned
 
 
 class Block(NamedTuple):
@@ -363,16 +364,10 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
         ratios,
         v,
         a,
+        {index: _seen_pair(at.rotations[index], pair) for index, pair in result.wrenches.items()},
         {
-            index: (seen(at.rotations[index], force), seen(at.rotations[index], moment))
-            for index, (force, moment) in result.wrenches.items()
-        },
-        {
-            tree.loops[index].wrench: (
-                seen(at.end(tree.loops[index].successor)[0], force),
-                seen(at.end(tree.loops[index].successor)[0], moment),
-            )
-            for index, (force, moment) in result.exchanged.items()
+            tree.loops[index].wrench: _seen_pair(at.end(tree.loops[index].successor)[0], pair)
+            for index, pair in result.exchanged.items()
             if tree.loops[index].wrench >= 0
         },
         _exerted(tree, at, roles, result, loads),
@@ -392,6 +387,11 @@ def openings(
     position = Position.of(tree, roles, given.x, given.offsets, order)
     stresses = SelfStresses.of(tree, position.at, position.factors, roles.statics)
     return stresses.influence(tree, position.at, roles.counted)
+
+
+def _seen_pair(rotation: Rotation, pair: Wrench) -> Wrench:
+    """Return force and moment in the axes of a turned body."""
+    return seen(rotation, pair[0]), seen(rotation, pair[1])
 
 
 def _by_virtual_work(

@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import NOTHING, Array
 from ...kit.errors import AccuracyError
 from ..elements.link_loads import WRENCH_COMPONENTS
 from .placing import Frame, stacked
@@ -31,12 +31,6 @@ Where all are clear, rounding turns null vectors by up to eps / 1e-7 = 2e-9. A c
 of up to `_CLEAR`, per unit of self-stress, counts as none: the factor of 50 is left for the lever
 arms by which wrenches are moved to their joints. The solver flags a component as open only from a
 change of 1e-9 on, so one that changes by rounding alone, `SUM_ROUNDING`, is proven to be unique.
-"""
-_CERTAIN_CONDITION = 1e4
-"""Condition number of the closure equations up to which rounding cannot look like a self-stress.
-
-Rounding is magnified to eps · 1e4 = 2e-12 there, far below the 1e-9 from which the solver flags a
-component.
 """
 _POSITIONS_AT_ONCE = 64
 """Positions whose equilibrium is decomposed together.
@@ -235,8 +229,10 @@ def prove_flags(
             raise _contradiction("unique, but changes", stress, joints, wrong)
         if np.all(unique | silent | (changes > SUM_ROUNDING)):
             return
-    if not judged or condition > _CERTAIN_CONDITION:
-        return  # The rank is in doubt: near singular positions, or because digits were lost.
+    # The rank is in doubt near singular positions; and the flag is where rounding, magnified by the
+    # condition, may look like the influence from which on the solver sets it.
+    if not judged or SUM_ROUNDING * condition > NOTHING:
+        return
     wrong = ~unique & ~np.asarray(silent) & (changes <= SUM_ROUNDING)
     raise _contradiction("open, but does not change", stress, joints, wrong)
 
