@@ -430,8 +430,8 @@ def _decided_by(energy: Sequence[Row], bounds: Sequence[Scalar]) -> list[int]:
             matrix[:, index, column] = _seen(entry)
     greatest = sum(np.broadcast_to(_seen(bound), samples) for bound in bounds)
     own = np.linalg.eigvalsh(matrix)
-    # Smaller eigenvalues would choose forces by the rounding of the closure equations. Energies grow
-    # with the square of forces: those along the most compliant ways would store `greatest`.
+    # Smaller eigenvalues would choose forces by the rounding of closure equations. Energies grow
+    # with the square of forces: along the most compliant ways these would store `greatest`.
     least = np.maximum(NOTHING * np.abs(own).max(axis=1), NOTHING**2 * greatest)
     ranks = np.sum(own > least[:, None], axis=1)
     if np.any(ranks != ranks[0]):
