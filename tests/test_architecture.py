@@ -160,7 +160,7 @@ def test_every_compiled_function_is_called_and_twins_name_it() -> None:
     called = {name for text in texts for name in re.findall(r"kernel\.(\w+)\(", text)}
     # What runs programs: these are written down in Python, and computed by NumPy as well.
     machine = sources["kernels.h"].split("#define EVERY_MACHINE")[1].split("#else")[0]
-    assert called == functions | set(re.findall(r"WITH\((\w+)\)", machine)) | {"plan"}
+    assert called == functions | set(re.findall(r"WITH\((\w+)\)", machine))
 
 
 def test_every_room_is_in_the_architecture() -> None:

@@ -274,13 +274,17 @@ def test_the_stiffness_of_a_turning_block_is_the_slope_of_its_law() -> None:
         (np.sin, "time", cd.ArgumentError, "at 'wheel' and 'block' is a function of time"),
         (np.cos, "rate", cd.ArgumentError, "law of the rate, which has no linear vibration"),
         (
+            lambda length, rate: -length - rate,
+            *(("length", "rate"), cd.ArgumentError, "law of the rate, which has no linear"),
+        ),
+        (
             [[0.5, 2000.0], [1.013, -52.0], [1.4, -3148.0]],
             *("length", cd.AccuracyError, "no smooth functions"),
         ),
     ],
 )
 def test_what_has_no_tangent_is_refused(
-    thrust: object, of: str, error: type[Exception], words: str
+    thrust: object, of: object, error: type[Exception], words: str
 ) -> None:
     with pytest.raises(error, match=words):
         vibration.linearise(rotor((thrust, of)), 5.0)

@@ -280,7 +280,7 @@ def test_samples_that_no_tape_holds_for_are_solved_alone(
 
     expected = alone(swept, monkeypatch)
     for growth in (1e-30, 1.05, 2.0):
-        monkeypatch.setattr(tape, "MOST_GROWTH", growth)
+        monkeypatch.setattr(tape, "THRESHOLD", 1.0 / growth)
         scene.mechanism.kept.forget("tapes")
         assert_same(swept(), expected)
 

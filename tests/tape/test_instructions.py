@@ -30,7 +30,6 @@ MEANINGS: dict[str, Callable[..., Any]] = {
 """Instructions with one result, as `compiled/machine.h` tells them."""
 TWO_RESULTS: dict[str, Callable[..., Any]] = {
     "SC": lambda a: (np.sin(a), np.cos(a)),
-    "ROT": lambda a, b, c, d: (a * c - b * d, a * d + b * c),
 }
 OPERANDS = {
     name: function.nin if isinstance(function, np.ufunc) else function.__code__.co_argcount
@@ -111,7 +110,6 @@ SUMS = {
     "PMM": lambda a, b, c, d, e, f: a * b - c * d - e * f,
     "PMA": lambda a, b, c, d, e, f: e + (a * b - c * d),
     "AMX": lambda a, b, c, d, e, f: tape.greater(tape.absolute(a), b),
-    "AMD": lambda a, b, c, d, e, f: tape.greater(a, tape.absolute(b - c)),
     "RCP": lambda a, b, c, d, e, f: 1.0 / a,
 }
 
@@ -144,13 +142,12 @@ def test_what_others_read_stays_an_instruction() -> None:
     assert names(Program(trace, [(a + b) + c, a + b]).code) == ["ADD", "ADD"]
 
 
-def test_sine_and_cosine_of_an_angle_are_one_instruction_and_so_is_a_turn() -> None:
+def test_sine_and_cosine_of_an_angle_are_one_instruction() -> None:
     trace = Trace()
     x, y, angle = (trace.input(name, 1.0) for name in ("x", "y", "angle"))
     s, c = tape.sin(angle), tape.cos(angle)
-    turned = [x * c - y * s, x * s + y * c]
-    program = Program(trace, turned)
-    assert names(program.code) == ["SC", "ROT"]
+    program = Program(trace, [x * c - y * s, x * s + y * c])
+    assert names(program.code) == ["SC", "M2", "P2"]
     inputs = {"x": [1.0, 2.0], "y": [-1.0, 0.5], "angle": [0.3, 2.0]}
     xs, ys, angles = (np.array(values) for values in inputs.values())
     expected = [
@@ -159,46 +156,6 @@ def test_sine_and_cosine_of_an_angle_are_one_instruction_and_so_is_a_turn() -> N
     ]
     np.testing.assert_allclose(program.run(inputs, 2), expected, rtol=1e-15)
     assert names(Program(trace, [tape.cos(x)]).code) == ["SC"]
-    # Sums of the same four numbers that are no turn.
-    assert "ROT" not in names(Program(trace, [x * c - y * s, x * c + y * s]).code)
-    both = [[x * c - y * s, x * y + c * s], [x * c - s * y, s * c + x * y]]
-    a, b = (names(Program(trace, outputs).code) for outputs in both)
-    assert a == b == ["SC", "ROT"]
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_turns_of_random_numbers_round_as_written(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    trace = Trace()
-    values = rng.normal(size=(4, 40))
-    x = [trace.input(f"x{k}", 1.0) for k in range(4)]
-
-    def text(x: list[Any]) -> list[Any]:
-        i, j, k, l = rng_order  # noqa: E741
-        return [x[i] * x[j] - x[k] * x[l], x[i] * x[l] + x[k] * x[j], x[i] * x[k] + x[j] * x[l]]
-
-    rng_order = rng.permutation(4)
-    program = Program(trace, text(x))
-    assert "ROT" in names(program.code)
-    inputs = {f"x{k}": row for k, row in enumerate(values)}
-    np.testing.assert_array_equal(program.run(inputs, 40), text(list(values)))
-
-
-def test_turns_may_have_equal_numbers() -> None:
-    trace = Trace()
-    a, b, c = (trace.input(name, 1.0) for name in "abc")
-    values = dict(zip("abc", np.random.default_rng(2).normal(size=(3, 9)), strict=True))
-
-    def texts(a: Any, b: Any, c: Any) -> list[list[Any]]:
-        return [
-            [a * a - b * c, a * c + a * b],
-            [a * b - a * c, a * c + a * b],
-            [a * b - a * c, a * a + b * c],
-            [a * a - b * b, a * b + a * b],
-        ]
-
-    for text, expected in zip(texts(a, b, c), texts(*values.values()), strict=True):
-        np.testing.assert_array_equal(Program(trace, text).run(values, 9), expected)
 
 
 def test_uniform_values_are_computed_once() -> None:

@@ -12,8 +12,8 @@ operations, `machine_lanes.h` the text that is compiled for each set of instruct
 every processor has) and each size of blocks; all round alike. A program is checked when it is made,
 so that none that was damaged or made up leaves its memory. `lowering.c` makes the rows of a graph:
 which instructions, in which registers. `stepping.c` is the twin of `Stepper._taken` of
-`elements/stepping.py`, which says so, and takes what it knows of the method as a `Plan`.
-`kernels.h` lists what Python calls, `arrays.h` takes arrays of any strides from it.
+`elements/stepping.py`, which says so. `kernels.h` lists what Python calls, `arrays.h` takes arrays
+from it.
 """
 
 from __future__ import annotations
@@ -21,13 +21,9 @@ from __future__ import annotations
 import os
 import warnings
 import zlib
-from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from ...kit.arrays import Array
+from typing import Any
 
 
 def _found() -> tuple[Any, str]:
@@ -59,33 +55,3 @@ kernel: Any
 absent: str
 """Why they are not at hand; empty if they are."""
 kernel, absent = _found()
-
-
-class Plan:
-    """Index arrays and constants that a compiled function works along.
-
-    It is made once per scene, and again where a scene was copied or sent to another process.
-    """
-
-    def __init__(self, kind: str, integers: Sequence[Any], numbers: Sequence[Any]) -> None:
-        """Keep tables, row by row, in the order that the C file of the kind defines.
-
-        Args:
-            kind: what the plan is of; functions take plans of their kind alone.
-            integers: tables of integers, of any shapes.
-            numbers: tables of numbers.
-
-        Raises:
-            ValueError: tables have other sizes, or indices in them are beyond what they count.
-        """
-        import numpy as np  # `cardan-dyn --version` needs nothing that computes.
-
-        self._given: tuple[str, list[Array], list[Array]] = (
-            kind,
-            [np.array(table, dtype=np.int64).ravel() for table in integers],
-            [np.array(table, dtype=float).ravel() for table in numbers],
-        )
-        self.handle: Any = kernel and kernel.plan(*self._given)
-
-    def __reduce__(self) -> tuple[type[Plan], tuple[str, list[Array], list[Array]]]:
-        return Plan, self._given

@@ -21,15 +21,8 @@
     EVERY_MACHINE(WITH) \
     WITH(explicit_step)
 
-/* What plans are of. */
-#define EVERY_PLAN(WITH) WITH(stepping)
-
 #define DECLARED(name) PyObject *name(PyObject *module, Arguments given, Py_ssize_t nargs);
 EVERY_FUNCTION(DECLARED)
-#undef DECLARED
-
-#define DECLARED(name) extern const PlanKind name##_plan;
-EVERY_PLAN(DECLARED)
 #undef DECLARED
 
 #endif

@@ -1,9 +1,8 @@
 /* Lowering: a graph of operations as instructions of the machine, few and long ones.
 
    Passes, one after the other: nodes become instructions, sums of products and other patterns one
-   instruction each (`lower`); two sums that turn a vector become one (`join_rotations`); outputs
-   are stored as soon as they are known (`add_stores`); values get registers (`to_registers`). All
-   round as the graph does: no sum is reassociated.
+   instruction each (`lower`); outputs are stored as soon as they are known (`add_stores`); values
+   get registers (`to_registers`). All round as the graph does: no sum is reassociated.
 
    Until values have registers, instructions read and write values: nodes by their numbers, and what
    is between nodes by the numbers after these. */
@@ -92,7 +91,7 @@ typedef struct {
     Term *terms; /* One more than nodes: of the sum in work, at their end. */
     /* Of each value: its register, or -1; the last instruction that reads it. How many there are. */
     int32_t *registers, *last, values;
-    int32_t *heads, *chain, *unused;
+    int32_t *unused;
     Rows prologue, body, stored;
 } Lowering;
 
@@ -141,28 +140,20 @@ static Term *terms_of(Lowering *of, int32_t node)
     }
 }
 
-/* Return the operation of the greater of two, one of which may be an absolute value, of a difference
-   too, and what it reads. */
+/* Return the operation of the greater of two, one of which may be an absolute value, and what it
+   reads. */
 static int greater_of(Lowering *of, int32_t node, int32_t *read)
 {
-    int32_t a = of->arguments[node][0], b = of->arguments[node][1];
-    if (part(of, a) == of_absolute) {
-        int32_t other = a;
-        a = b;
-        b = other;
-    }
-    read[0] = a;
+    const int32_t *arguments = of->arguments[node];
+    const int is_first = part(of, arguments[0]) == of_absolute;
+    const int32_t b = arguments[!is_first];
+    read[0] = arguments[is_first];
     read[1] = b;
     if (part(of, b) != of_absolute)
         return MAX;
     of->absorbed[b] = 1;
-    b = read[1] = of->arguments[b][0];
-    if (part(of, b) != of_subtract)
-        return AMX;
-    of->absorbed[b] = 1;
     read[1] = of->arguments[b][0];
-    read[2] = of->arguments[b][1];
-    return AMD;
+    return AMX;
 }
 
 static int32_t *add_row(Rows *rows, int32_t operation)
@@ -259,71 +250,6 @@ static void lower(Lowering *of)
             lower_node(of, of->uniform[node] ? &of->prologue : &of->body, node);
 }
 
-/* --------------------------------------------------------------------------- rotations */
-
-/* Return what is alike for the same four values in any order. */
-static uint32_t hash_of(const int32_t *read)
-{
-    uint32_t sum = 0;
-    for (int k = 0; k < 4; k++) {
-        int before = 0;
-        while (before < k && read[before] != read[k])
-            before++;
-        uint32_t mixed = (uint32_t)read[k] * 0x9e3779b1u;
-        sum += before == k ? mixed ^ mixed >> 15 : 0;
-    }
-    return sum;
-}
-
-static int is_pair(const int32_t *pair, int32_t a, int32_t b)
-{
-    return (pair[0] == a && pair[1] == b) || (pair[0] == b && pair[1] == a);
-}
-
-/* Whether factors of two products are a and b, and c and d. */
-static int are_products(const int32_t *read, int32_t a, int32_t b, int32_t c, int32_t d)
-{
-    return (is_pair(read, a, b) && is_pair(read + 2, c, d)) ||
-           (is_pair(read, c, d) && is_pair(read + 2, a, b));
-}
-
-/* One instruction computes `x c - y s` and `x s + y c`, where the first of them stood: all four
-   factors are known there. An END is left where the other one stood. */
-static void join_rotations(Lowering *of)
-{
-    Row *body = of->body.rows;
-    uint32_t mask = 1;
-    while (mask < of->body.count)
-        mask *= 2;
-    mask -= 1;
-    memset(of->heads, -1, sizeof(int32_t) * (mask + 1));
-    for (int32_t place = (int32_t)of->body.count - 1; place >= 0; place--)
-        if (body[place][0] == P2) {
-            int32_t *head = &of->heads[hash_of(body[place] + 2) & mask];
-            of->chain[place] = *head;
-            *head = place;
-        }
-    for (int32_t place = 0; place < of->body.count; place++) {
-        if (body[place][0] != M2)
-            continue;
-        const int32_t *read = body[place] + 2;
-        const int32_t x = read[0], c = read[1], y = read[2], s = read[3];
-        for (int32_t other = of->heads[hash_of(read) & mask]; other >= 0; other = of->chain[other]) {
-            if (body[other][0] != P2)
-                continue;
-            const int is_plain = are_products(body[other] + 2, x, s, y, c);
-            /* x c - s y and x y + s c: what turns is (x, s), by an angle of c and y. */
-            if (!is_plain && !are_products(body[other] + 2, x, y, c, s))
-                continue;
-            const Row made = {ROT, body[place][1], body[other][1],      x,
-                              is_plain ? y : s,    c, is_plain ? s : y};
-            body[place][0] = body[other][0] = END;
-            memcpy(body[place < other ? place : other], made, sizeof(Row));
-            break;
-        }
-    }
-}
-
 /* ------------------------------------------------------------------ stores and registers */
 
 static void store(Lowering *of, int32_t value)
@@ -345,8 +271,6 @@ static void add_stores(Lowering *of)
             store(of, of->output[output]);
     for (Py_ssize_t k = 0; k < of->body.count; k++) {
         const int32_t *row = of->body.rows[k];
-        if (row[0] == END)
-            continue;
         memcpy(of->stored.rows[of->stored.count++], row, sizeof(Row));
         for (const char *kind = operands_of[*row++]; *kind == 'd' || *kind == 'm'; kind++)
             store(of, *row++);
@@ -367,8 +291,7 @@ static int32_t pin(Lowering *of)
 }
 
 /* Instructions get registers; returns how many there are. A register is free again where nothing
-   reads its value later. An instruction that writes one value may write it over one that it is the
-   last to read. */
+   reads its value later. An instruction may write over a value that it is the last to read. */
 static int32_t to_registers(Lowering *of, Rows *rows, int32_t pinned)
 {
     int32_t count = pinned, *unused = of->unused;
@@ -380,8 +303,8 @@ static int32_t to_registers(Lowering *of, Rows *rows, int32_t pinned)
     }
     for (Py_ssize_t k = 0; k < rows->count; k++) {
         const char *kinds = operands_of[rows->rows[k][0]];
-        int32_t *operands = rows->rows[k] + 1, ended[ROW];
-        int ends = 0, written = 0;
+        int32_t *operands = rows->rows[k] + 1;
+        int written = 0;
         for (int j = 0; kinds[j]; j++) {
             written += kinds[j] == 'd' || kinds[j] == 'm';
             if (kinds[j] != 's')
@@ -389,11 +312,9 @@ static int32_t to_registers(Lowering *of, Rows *rows, int32_t pinned)
             const int32_t value = operands[j];
             operands[j] = of->registers[value];
             if (of->last[value] == k && operands[j] >= pinned)
-                ended[ends++] = operands[j];
+                *unused++ = operands[j];
             of->last[value] = of->last[value] == k ? -1 : of->last[value];
         }
-        for (int j = 0; j < ends && written == 1; j++)
-            *unused++ = ended[j];
         for (int j = 0; j < written; j++) {
             if (operands[j] == UNWANTED)
                 continue;
@@ -402,8 +323,6 @@ static int32_t to_registers(Lowering *of, Rows *rows, int32_t pinned)
                 *at = unused > of->unused ? *--unused : count++;
             operands[j] = *at;
         }
-        for (int j = 0; j < ends && written != 1; j++)
-            *unused++ = ended[j];
     }
     return count;
 }
@@ -414,11 +333,10 @@ static int32_t to_registers(Lowering *of, Rows *rows, int32_t pinned)
 static void *make_room(Lowering *of)
 {
     const size_t nodes = of->nodes, outputs = of->outputs, values = 2 * nodes;
-    int32_t **parts[] = {&of->uniform, &of->uses,  &of->absorbed, &of->sines,     &of->cosines,
-                         &of->first,   &of->next,  &of->heads,    &of->chain,     &of->registers,
-                         &of->last,    &of->unused};
-    const size_t sizes[] = {nodes, nodes,     nodes, nodes,  nodes,  nodes,
-                            outputs, values + 1, nodes, values, values, values};
+    int32_t **parts[] = {&of->uniform, &of->uses, &of->absorbed,  &of->sines, &of->cosines,
+                         &of->first,   &of->next, &of->registers, &of->last,  &of->unused};
+    const size_t sizes[] = {nodes, nodes,   nodes,  nodes,  nodes,
+                            nodes, outputs, values, values, values};
     const size_t rows = 3 * nodes + outputs + 2;
     size_t count = 3 * (nodes + 1) + ROW * rows;
     for (size_t k = 0; k < sizeof(sizes) / sizeof(*sizes); k++)
@@ -492,7 +410,6 @@ static PyObject *instructions_of(Lowering *of, Py_ssize_t constants)
     PyObject *result = NULL;
     if (room && read_graph(of, constants) == 0) {
         lower(of);
-        join_rotations(of);
         add_stores(of);
         const int32_t pinned = pin(of);
         to_registers(of, &of->prologue, pinned);
@@ -515,33 +432,27 @@ PyObject *instructions(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 4)
-    Py_buffer buffers[4];
-    int taken = 0;
+    const Py_buffer *buffers[4];
+    Taken *held = NULL;
     PyObject *result = NULL;
-    for (; taken < 4; taken++) {
-        if (PyObject_GetBuffer(given[taken], &buffers[taken], PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) < 0)
+    for (int k = 0; k < 4; k++)
+        if (!(buffers[k] = take(&held, given[k], k == 2 ? 'd' : 'i', PyBUF_C_CONTIGUOUS)))
             goto done;
-        if (!is_array_of(&buffers[taken], taken == 2 ? 'd' : 'i')) {
-            taken++;
-            goto done;
-        }
-    }
-    const Py_ssize_t nodes = buffers[0].len / 4, outputs = buffers[3].len / 4;
-    if (buffers[1].len != ARGUMENTS * buffers[0].len)
+    const Py_ssize_t nodes = buffers[0]->len / 4, outputs = buffers[3]->len / 4;
+    if (buffers[1]->len != ARGUMENTS * buffers[0]->len)
         PyErr_Format(PyExc_ValueError, "%zd nodes need %d arguments each", nodes, ARGUMENTS);
     else if (nodes > INT32_MAX / 256 || outputs > INT32_MAX / 256)
         PyErr_Format(PyExc_ValueError, "%zd nodes and %zd outputs are too many", nodes, outputs);
     else {
         Lowering of = {.nodes = (int32_t)nodes, .outputs = (int32_t)outputs};
-        of.operations = buffers[0].buf;
-        of.arguments = buffers[1].buf;
-        of.constants = buffers[2].buf;
-        of.output = buffers[3].buf;
-        result = instructions_of(&of, buffers[2].len / 8);
+        of.operations = buffers[0]->buf;
+        of.arguments = buffers[1]->buf;
+        of.constants = buffers[2]->buf;
+        of.output = buffers[3]->buf;
+        result = instructions_of(&of, buffers[2]->len / 8);
     }
 done:
-    while (taken)
-        PyBuffer_Release(&buffers[--taken]);
+    release(&held);
     return result;
 }
 

@@ -109,12 +109,6 @@ typedef struct {
     double *results, *earlier;
 } Stage;
 
-/* An array that a call holds; they are a list. */
-typedef struct Taken {
-    Py_buffer buffer;
-    struct Taken *next;
-} Taken;
-
 typedef struct {
     const Machine *machine;
     Py_ssize_t lanes; /* of the arrays */
@@ -198,63 +192,11 @@ static void run_call(const Call *call)
 
 static void release_call(Call *call)
 {
-    while (call->held) {
-        Taken *next = call->held->next;
-        PyBuffer_Release(&call->held->buffer);
-        free(call->held);
-        call->held = next;
-    }
+    release(&call->held);
     for (Py_ssize_t s = 0; call->stages && s < call->count; s++)
         free(call->stages[s].given);
     free(call->stages);
     free(call->room);
-}
-
-int is_array_of(const Py_buffer *buffer, char type)
-{
-    const char *format = buffer->format;
-    /* Where a long has 32 bits, they are told by its letter. */
-    int has_type = format[0] == type || (type == 'i' && format[0] == 'l');
-    if (!has_type || format[1] || buffer->itemsize != (type == 'd' ? 8 : 4)) {
-        PyErr_Format(PyExc_TypeError, "an array of %s is needed",
-                     type == 'd' ? "numbers" : "32-bit integers");
-        return 0;
-    }
-    if ((uintptr_t)buffer->buf % buffer->itemsize) {
-        PyErr_SetString(PyExc_ValueError, "numbers of an array lie across their boundaries");
-        return 0;
-    }
-    return 1;
-}
-
-/* Take an array of doubles, "d", or of 32-bit integers, "i". */
-static const Py_buffer *take_array(Call *call, PyObject *object, char type, int flags)
-{
-    Taken *taken = malloc(sizeof(Taken));
-    if (!taken) {
-        PyErr_NoMemory();
-        return NULL;
-    }
-    if (PyObject_GetBuffer(object, &taken->buffer, flags | PyBUF_FORMAT) < 0) {
-        free(taken);
-        return NULL;
-    }
-    taken->next = call->held;
-    call->held = taken;
-    return is_array_of(&taken->buffer, type) ? &taken->buffer : NULL;
-}
-
-/* Take so many integers. */
-static int32_t *take_integers(Call *call, PyObject *object, Py_ssize_t count, int flags)
-{
-    const Py_buffer *buffer = take_array(call, object, 'i', PyBUF_C_CONTIGUOUS | flags);
-    if (!buffer)
-        return NULL;
-    if (buffer->len / 4 != count) {
-        PyErr_Format(PyExc_ValueError, "%zd integers are needed, not %zd", count, buffer->len / 4);
-        return NULL;
-    }
-    return buffer->buf;
 }
 
 /* Take an integer within bounds. */
@@ -273,7 +215,7 @@ static int take_count(PyObject *object, Py_ssize_t least, Py_ssize_t most, Py_ss
 /* Take an array for outputs, of which numbers of a row lie side by side. */
 static const Py_buffer *take_outputs(Call *call, Stage *stage, PyObject *object)
 {
-    const Py_buffer *buffer = take_array(call, object, 'd', PyBUF_STRIDES | PyBUF_WRITABLE);
+    const Py_buffer *buffer = take(&call->held, object, 'd', PyBUF_STRIDES | PyBUF_WRITABLE);
     if (!buffer)
         return NULL;
     if (buffer->ndim != 2 || buffer->shape[0] != stage->program->rows ||
@@ -344,7 +286,7 @@ static int check_tape(const Program *program, int32_t *tape, Py_ssize_t rows,
 
 static const Py_buffer *take_tape(Call *call, PyObject *object)
 {
-    const Py_buffer *buffer = take_array(call, object, 'i', PyBUF_C_CONTIGUOUS);
+    const Py_buffer *buffer = take(&call->held, object, 'i', PyBUF_C_CONTIGUOUS);
     if (buffer && (buffer->ndim != 2 || buffer->shape[1] != ROW)) {
         PyErr_Format(PyExc_ValueError, "instructions are rows of %d integers", ROW);
         return NULL;
@@ -405,7 +347,7 @@ PyObject *program(PyObject *module, Arguments given, Py_ssize_t nargs)
     Call call = {0};
     const Py_buffer *prologue = take_tape(&call, given[0]);
     const Py_buffer *constants =
-        prologue ? take_array(&call, given[1], 'd', PyBUF_C_CONTIGUOUS) : NULL;
+        prologue ? take(&call.held, given[1], 'd', PyBUF_C_CONTIGUOUS) : NULL;
     const Py_buffer *code = constants ? take_tape(&call, given[2]) : NULL;
     Program *made = code ? copied_program(&sizes, prologue, constants, code) : NULL;
     release_call(&call);
@@ -459,7 +401,7 @@ static Py_ssize_t take_input(Call *call, Stage *stage, PyObject *input, Py_ssize
     Py_ssize_t rows = 1, size = 0, apart = 0;
     const double *at = NULL;
     if (input != Py_None || !stage->taken || k >= stage->program->inputs || stage->taken[k] < 0) {
-        const Py_buffer *buffer = take_array(call, input, 'd', PyBUF_STRIDES);
+        const Py_buffer *buffer = take(&call->held, input, 'd', PyBUF_STRIDES);
         if (!buffer)
             return -1;
         const int last = buffer->ndim - 1;
@@ -595,14 +537,17 @@ PyObject *run_program(PyObject *module, Arguments given, Py_ssize_t nargs)
     return finished(&call, failed || !outputs);
 }
 
-int run_lane(PyObject *handle, const Array *inputs, const Array *outputs)
+int run_lane(PyObject *handle, const Py_buffer *inputs, const Py_buffer *outputs)
 {
     const Program *program = PyCapsule_GetPointer(handle, PROGRAM);
     if (!program)
         return -1;
     const Py_ssize_t lanes = program->lanes, count = program->inputs, rows = program->rows;
-    if (has_size(inputs, 0, count, 0) || has_size(outputs, 0, rows, 0))
+    if (inputs->len != 8 * count || outputs->len != 8 * rows) {
+        PyErr_Format(PyExc_ValueError, "a program of %zd inputs and %zd outputs needs as many", count,
+                     rows);
         return -1;
+    }
     /* What a program reads or hands out without having set it is zero. */
     double *room =
         calloc((program->registers + rows + count) * lanes + 2 * count + ALIGNED / 8, 8);
@@ -616,25 +561,27 @@ int run_lane(PyObject *handle, const Array *inputs, const Array *outputs)
     Input *input = (Input *)(taken + count * lanes);
     for (Py_ssize_t k = 0; k < count; k++, taken += lanes) {
         for (Py_ssize_t l = 0; l < lanes; l++)
-            taken[l] = inputs->at[k * inputs->step[0]];
+            taken[l] = ((const double *)inputs->buf)[k];
         input[k] = (Input){taken, 0};
     }
     machine->run(program->prologue, program->constants, (char *)registers, input, NULL, 0);
     machine->run(program->code, program->constants, (char *)registers, input, found, 0);
     for (Py_ssize_t k = 0; k < rows; k++)
-        outputs->at[k * outputs->step[0]] = found[k * lanes];
+        ((double *)outputs->buf)[k] = found[k * lanes];
     free(room);
     return 0;
 }
 
-/* run_one(program, inputs, outputs): run a program on one lane, soon; both arrays are flat. */
+/* run_one(program, inputs, outputs): run a program on one lane, soon; arrays without gaps. */
 PyObject *run_one(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 3)
-    Array arrays[2];
-    Held held = {arrays, 0, NULL};
-    int failed = take_each(&held, given + 1, "1 =1") || run_lane(given[0], arrays, arrays + 1);
+    Taken *held = NULL;
+    const Py_buffer *inputs = take(&held, given[1], 'd', PyBUF_C_CONTIGUOUS);
+    const Py_buffer *outputs =
+        inputs ? take(&held, given[2], 'd', PyBUF_C_CONTIGUOUS | PyBUF_WRITABLE) : NULL;
+    const int failed = !outputs || run_lane(given[0], inputs, outputs);
     release(&held);
     if (failed)
         return NULL;
@@ -648,9 +595,9 @@ enum { HANDLE, INPUTS, CARRIED, TAKEN, UNTIL, WITHIN, MOST, PASSES, OUTPUTS, FIE
 static int take_stage(Call *call, Stage *stage, PyObject *const *fields, const Program *before)
 {
     const Program *program = stage->program;
-    stage->carried = take_integers(call, fields[CARRIED], program->inputs, 0);
+    stage->carried = take_all(&call->held, fields[CARRIED], 'i', 0, program->inputs);
     stage->taken =
-        stage->carried ? take_integers(call, fields[TAKEN], program->inputs, 0) : NULL;
+        stage->carried ? take_all(&call->held, fields[TAKEN], 'i', 0, program->inputs) : NULL;
     if (!stage->taken)
         return -1;
     const Py_ssize_t rows = before ? before->rows : 0;
@@ -669,7 +616,7 @@ static int take_stage(Call *call, Stage *stage, PyObject *const *fields, const P
         return -1;
     if (fields[PASSES] != Py_None) {
         Py_ssize_t blocks = (call->lanes - 1) / program->lanes + 1;
-        stage->passes = take_integers(call, fields[PASSES], blocks, PyBUF_WRITABLE);
+        stage->passes = take_all(&call->held, fields[PASSES], 'i', PyBUF_WRITABLE, blocks);
         if (!stage->passes)
             return -1;
     }

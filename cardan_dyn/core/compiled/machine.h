@@ -63,13 +63,9 @@
     WITH(A2, "dsssss")   /* a + b c + d e */ \
     WITH(S2, "dsssss")   /* a - b c - d e */ \
     WITH(AS, "dsssss")   /* a + b c - d e */ \
-    WITH(ROT, "ddssss")  /* a c - b d, a d + b c: turned by an angle with cosine c and sine d */ \
     WITH(AMX, "dss")     /* the greater of a and |b| */ \
-    WITH(AMD, "dsss")    /* the greater of a and |b - c| */ \
     WITH(ADD3, "dsss")   /* a + b + c */ \
-    WITH(NP2, "dssss")   /* -(a b) - c d */ \
     WITH(PPM, "dssssss") /* a b + c d - e f */ \
-    WITH(MOV, "ds")      /* a */ \
     WITH(EXP, "ds")      /* exp a */ \
     WITH(LOG, "ds")      /* natural logarithm of a */ \
     WITH(TANH, "ds")     /* tanh a */ \
@@ -78,9 +74,6 @@
     WITH(PMM, "dssssss") /* a b - c d - e f */ \
     WITH(PMA, "dsssss")  /* a b - c d + e */ \
     WITH(SA, "dsssss")   /* a - b c + d e */
-
-/* Whether an array is one of doubles, "d", or of 32-bit integers, "i"; else an error is set. */
-int is_array_of(const Py_buffer *buffer, char type);
 
 /* Where an input lies: numbers of all lanes of the run, one after the other (step 1), or of the
    lanes of any block (step 0). */
@@ -103,8 +96,9 @@ typedef struct {
 } Machine;
 
 #ifdef HAS_MACHINE
-/* Run a program, in its capsule, on one lane; both arrays are flat. Returns -1 with an error set. */
-int run_lane(PyObject *handle, const Array *inputs, const Array *outputs);
+/* Run a program, in its capsule, on one lane; both arrays have no gaps. Returns -1 with an error
+   set. */
+int run_lane(PyObject *handle, const Py_buffer *inputs, const Py_buffer *outputs);
 #else
 #define run_lane(handle, inputs, outputs) (-1)
 #endif

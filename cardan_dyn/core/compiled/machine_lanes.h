@@ -188,17 +188,6 @@ OWN_JUMPS TARGET static void NAMED(run)(const int32_t *row, const double *consta
         sines_cosines(REGISTER(3), sine, cosine);
         NEXT;
     }
-    ROT: {
-        Numbers *first = REGISTER(1), *second = REGISTER(2);
-        const Numbers *px = REGISTER(3), *py = REGISTER(4);
-        const Numbers *pcosine = REGISTER(5), *psine = REGISTER(6);
-        EACH_VECTOR {
-            Numbers x = px[i], y = py[i], cosine = pcosine[i], sine = psine[i];
-            first[i] = x * cosine - y * sine;
-            second[i] = x * sine + y * cosine;
-        }
-        NEXT;
-    }
     OPERATION(ADD, B, a + b)
     OPERATION(SUB, B, a - b)
     OPERATION(MUL, B, a * b)
@@ -220,15 +209,12 @@ OWN_JUMPS TARGET static void NAMED(run)(const int32_t *row, const double *consta
     OPERATION(S2, E, a - b * c - d * e)
     OPERATION(AS, E, a + b * c - d * e)
     OPERATION(AMX, B, greater_of(a, magnitude(b)))
-    OPERATION(AMD, C, greater_of(a, magnitude(b - c)))
     OPERATION(ADD3, C, a + b + c)
-    OPERATION(NP2, D, -(a * b) - c * d)
     OPERATION(PPM, F, a * b + c * d - e * f)
     OPERATION(PMP, F, a * b - c * d + e * f)
     OPERATION(PMM, F, a * b - c * d - e * f)
     OPERATION(PMA, E, a * b - c * d + e)
     OPERATION(SA, E, a - b * c + d * e)
-    OPERATION(MOV, A, a)
     BY_LIBRARY(EXP, A, exp(LANE_OF(pa)))
     BY_LIBRARY(LOG, A, log(LANE_OF(pa)))
     BY_LIBRARY(TANH, A, tanh(LANE_OF(pa)))

@@ -1,90 +1,58 @@
 /* Steps of an explicit method: the twin of `Stepper._taken` of elements/stepping.py. */
 
-#include "arrays.h"
 #include "kernels.h"
 
-/* The arrays of a plan. */
-enum {
-    PLACES, /* (S) Of the stages, as fractions of the step. */
-    ROWS,   /* (S, S) Weights of rates in the row of each stage. */
-    LAST,   /* (S) Weights in the row at the end. */
-    ERRORS, /* (2, S) Weights in the errors of both orders. */
-    NUMBER_ARRAYS
-};
-
-static int stepping_fits(const Plan *plan)
-{
-    const Py_ssize_t *sizes = plan->number_sizes;
-    Py_ssize_t count = sizes[PLACES];
-    return sizes[ROWS] == count * count && sizes[LAST] == count && sizes[ERRORS] == 2 * count;
-}
-
-const PlanKind stepping_plan = {"stepping", 0, NUMBER_ARRAYS, stepping_fits};
+/* Rows of a tableau behind the weights of rates in the rows of its stages: those in the row at the
+   end, and in the errors of both orders; places of the stages, as fractions of the step. */
+enum { LAST, ERRORS, PLACES = ERRORS + 2, MORE };
 
 /* Write `begin + length * (weights of rates)`; rows of `weighed` are the begin and the rates. */
-static void along(const Array *weighed, const double *weights, Py_ssize_t known, double length,
-                  double *row)
+static void along(const double *weighed, Py_ssize_t size, const double *weights, Py_ssize_t known,
+                  double length, double *row)
 {
-    Py_ssize_t size = weighed->size[1], across = weighed->step[1];
     for (Py_ssize_t i = 0; i < size; i++)
         row[i] = 0.0;
     for (Py_ssize_t k = 0; k < known; k++) {
         if (weights[k] == 0.0)
             continue;
-        const double *rate = weighed->at + (1 + k) * weighed->step[0];
+        const double *rate = weighed + (1 + k) * size;
         for (Py_ssize_t i = 0; i < size; i++)
-            row[i] += weights[k] * rate[i * across];
+            row[i] += weights[k] * rate[i];
     }
     for (Py_ssize_t i = 0; i < size; i++)
-        row[i] = weighed->at[i * across] + length * row[i];
+        row[i] = weighed[i] + length * row[i];
 }
 
-static int rate_of(PyObject *derivative, double time, PyObject *row, const Array *weighed,
-                   Py_ssize_t stage)
+/* Write the rate that a function returns; -1 with an error set. */
+static int rate_of(PyObject *derivative, double time, PyObject *row, Py_ssize_t size, double *rate)
 {
-    PyObject *at = PyFloat_FromDouble(time);
-    if (!at)
-        return -1;
-    PyObject *found = PyObject_CallFunctionObjArgs(derivative, at, row, NULL);
-    Py_DECREF(at);
+    PyObject *found = PyObject_CallFunction(derivative, "dO", time, row);
     if (!found)
         return -1;
-    Array array;
-    Held held = {&array, 0, NULL};
-    int failed = -1;
-    if (take(&held, found, 1, 0) && !has_size(&array, 0, weighed->size[1], 0)) {
-        double *rate = weighed->at + (1 + stage) * weighed->step[0];
-        for (Py_ssize_t i = 0; i < array.size[0]; i++)
-            rate[i * weighed->step[1]] = array.at[i * array.step[0]];
-        failed = 0;
-    }
+    Taken *held = NULL;
+    const Py_buffer *array = take(&held, found, 'd', PyBUF_STRIDES);
+    const int fits = array && array->ndim == 1 && array->shape[0] == size;
+    if (array && !fits)
+        PyErr_Format(PyExc_ValueError, "a rate of a row has %zd numbers", size);
+    for (Py_ssize_t i = 0; fits && i < size; i++)
+        rate[i] = *(const double *)((const char *)array->buf + i * array->strides[0]);
     release(&held);
     Py_DECREF(found);
-    return failed;
+    return fits ? 0 : -1;
 }
 
-/* A program of rates, its inputs of which the first are a row, and its outputs: the rates, and two
-   of which the first is at most 1 where it suits. */
-typedef struct {
-    PyObject *handle;
-    Array *inputs, *outputs;
-} Traced;
-
-/* Write the rate of a row by a program. Returns whether it suits; -1 with an error set. */
-static int rate_by_program(const Traced *traced, const double *row, const Array *weighed,
-                           Py_ssize_t stage)
+/* Write the rate of a row by a program: the first outputs, behind which is one that is at most 1
+   where it suits. Returns whether it does; -1 with an error set. */
+static int rate_by_program(PyObject *program, const Py_buffer *inputs, const Py_buffer *outputs,
+                           const double *row, Py_ssize_t size, double *rate)
 {
-    const Array *inputs = traced->inputs, *outputs = traced->outputs;
-    Py_ssize_t size = weighed->size[1];
-    for (Py_ssize_t i = 0; i < size; i++)
-        inputs->at[i * inputs->step[0]] = row[i];
-    if (run_lane(traced->handle, inputs, outputs))
+    const double *found = outputs->buf;
+    memcpy(inputs->buf, row, sizeof(double) * size);
+    if (run_lane(program, inputs, outputs))
         return -1;
-    if (!(outputs->at[size * outputs->step[0]] <= 1.0))
+    if (!(found[size] <= 1.0))
         return 0;
-    double *rate = weighed->at + (1 + stage) * weighed->step[0];
-    for (Py_ssize_t i = 0; i < size; i++)
-        rate[i * weighed->step[1]] = outputs->at[i * outputs->step[0]];
+    memcpy(rate, found, sizeof(double) * size);
     return 1;
 }
 
@@ -95,62 +63,64 @@ static double greater(double one, double two)
     return one > two || one != one ? one : two;
 }
 
-/* explicit_step(plan, derivative, time, length, weighed (1 + K, n), stages (S, n), rows, atol (n),
-   rtol, last (n), traced): take a step from the first row of `weighed`, whose rate is the second.
+/* explicit_step(tableau (S + 4, S), derivative, time, length, weighed (1 + K, n), stages (S, n),
+   rows, atol (n) or (1), rtol, last (n), traced): take a step from the first row of `weighed`, whose
+   rate is the second.
 
    `rows` is a sequence of S views of the stages, which the derivative is asked at. `traced` is None
-   or a program that gives rates without it where it suits, with arrays for its inputs and outputs.
-   Returns the sums of squares of both errors, as fractions of what is allowed, and how many rates
-   the program gave. */
+   or a program that gives rates without it where it suits, with arrays for its inputs, of which the
+   first are a row, and for its outputs: the rate and two more. Arrays have no gaps. Returns the sums
+   of squares of both errors, as fractions of what is allowed, and how many rates the program
+   gave. */
 PyObject *explicit_step(PyObject *module, Arguments given, Py_ssize_t nargs)
 {
     (void)module;
     EXACTLY(nargs, 11)
-    Array arrays[6], *weighed = arrays, *stages = arrays + 1, *atol = arrays + 2, *last = arrays + 3;
-    Held held = {arrays, 0, NULL};
+    Taken *held = NULL;
     PyObject *answer = NULL;
-    const Plan *plan = plan_of(given[0], &stepping_plan);
-    if (!plan)
-        return NULL;
-    double time = PyFloat_AsDouble(given[2]), length = PyFloat_AsDouble(given[3]);
-    double rtol = PyFloat_AsDouble(given[8]);
+    const double time = PyFloat_AsDouble(given[2]), length = PyFloat_AsDouble(given[3]);
+    const double rtol = PyFloat_AsDouble(given[8]);
     if (PyErr_Occurred())
         return NULL;
-    PyObject *handed[] = {given[4], given[5], given[7], given[9]};
-    if (take_each(&held, handed, "=2 =2 1 =1"))
+    const int written = PyBUF_C_CONTIGUOUS | PyBUF_WRITABLE;
+    const Py_buffer *tableau = take(&held, given[0], 'd', PyBUF_C_CONTIGUOUS);
+    const Py_buffer *begin = tableau ? take(&held, given[4], 'd', written) : NULL;
+    const Py_buffer *tolerances = begin ? take(&held, given[7], 'd', PyBUF_C_CONTIGUOUS) : NULL;
+    if (!tolerances)
         goto done;
-    Py_ssize_t size = weighed->size[1], count = plan->number_sizes[PLACES];
-    if (weighed->size[0] < 1 + count) {
+    const Py_ssize_t count = tableau->ndim == 2 ? tableau->shape[1] : -1;
+    const Py_ssize_t size = begin->ndim == 2 ? begin->shape[1] : -1;
+    const Py_ssize_t each = tolerances->len > 8;
+    if (count < 0 || size < 0 || tableau->shape[0] != count + MORE ||
+        begin->shape[0] < 1 + count || tolerances->len != (each ? 8 * size : 8)) {
         PyErr_SetString(PyExc_ValueError, "there is no room for the rates of all stages");
         goto done;
     }
-    if (has_size(stages, 0, count, 0) || has_size(stages, 1, size, 0) ||
-        has_size(atol, 0, size, 1) || has_size(last, 0, size, 0))
+    const double *table = tableau->buf, *more = table + count * count, *atol = tolerances->buf;
+    double *weighed = begin->buf, *rates = weighed + size;
+    double *stages = take_all(&held, given[5], 'd', PyBUF_WRITABLE, count * size);
+    double *last = stages ? take_all(&held, given[9], 'd', PyBUF_WRITABLE, size) : NULL;
+    if (!last)
         goto done;
-    if (size > 1 && (stages->step[1] != 1 || last->step[0] != 1)) {
-        PyErr_SetString(PyExc_ValueError, "rows that are written may have no gaps");
-        goto done;
-    }
-    Traced traced = {NULL, arrays + 4, arrays + 5};
+    PyObject *program = NULL;
+    const Py_buffer *inputs = NULL, *outputs = NULL;
     if (given[10] != Py_None) {
-        PyObject *each[3];
-        for (int k = 0; k < 3; k++)
-            if (!(each[k] = PyTuple_GetItem(given[10], k)))
-                goto done;
-        traced.handle = each[0];
-        if (take_each(&held, each + 1, "=1 =1"))
+        PyObject *in, *out;
+        if (!PyArg_ParseTuple(given[10], "OOO", &program, &in, &out) ||
+            !(inputs = take(&held, in, 'd', written)) ||
+            !(outputs = take(&held, out, 'd', written)))
             goto done;
-        if (traced.inputs->size[0] < size || traced.outputs->size[0] != size + 2) {
+        if (inputs->len < 8 * size || outputs->len != 8 * (size + 2)) {
             PyErr_SetString(PyExc_ValueError, "the program is not one of these rows");
             goto done;
         }
     }
     Py_ssize_t runs = 0;
-    double *const *numbers = plan->numbers;
     for (Py_ssize_t stage = 1; stage < count; stage++) {
-        double *row = stages->at + stage * stages->step[0];
-        along(weighed, numbers[ROWS] + stage * count, stage, length, row);
-        int suits = traced.handle ? rate_by_program(&traced, row, weighed, stage) : 0;
+        double *row = stages + stage * size, *rate = rates + stage * size;
+        along(weighed, size, table + stage * count, stage, length, row);
+        const int suits =
+            program ? rate_by_program(program, inputs, outputs, row, size, rate) : 0;
         if (suits < 0)
             goto done;
         runs += suits;
@@ -159,24 +129,22 @@ PyObject *explicit_step(PyObject *module, Arguments given, Py_ssize_t nargs)
         PyObject *view = PySequence_GetItem(given[6], stage);
         if (!view)
             goto done;
-        int failed =
-            rate_of(given[1], time + numbers[PLACES][stage] * length, view, weighed, stage);
+        const double at = time + more[PLACES * count + stage] * length;
+        const int failed = rate_of(given[1], at, view, size, rate);
         Py_DECREF(view);
         if (failed)
             goto done;
     }
-    along(weighed, numbers[LAST], count, length, last->at);
+    along(weighed, size, more + LAST * count, count, length, last);
     double sums[2] = {0.0, 0.0};
     for (Py_ssize_t i = 0; i < size; i++) {
-        double begin = weighed->at[i * weighed->step[1]];
-        double allowed = atol->at[i * atol->step[0]] + rtol * greater(begin, last->at[i]);
+        const double allowed = atol[i * each] + rtol * greater(weighed[i], last[i]);
         for (int order = 0; order < 2; order++) {
-            const double *weights = numbers[ERRORS] + order * count;
+            const double *weights = more + (ERRORS + order) * count;
             double error = 0.0;
             for (Py_ssize_t k = 0; k < count; k++)
                 if (weights[k] != 0.0)
-                    error += weights[k] *
-                             weighed->at[(1 + k) * weighed->step[0] + i * weighed->step[1]];
+                    error += weights[k] * rates[k * size + i];
             error /= allowed;
             sums[order] += error * error;
         }

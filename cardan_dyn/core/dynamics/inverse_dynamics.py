@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ...kit.arrays import Array, consecutive
+from ...kit.arrays import NOTHING, Array, consecutive
 from ..elements.link_loads import LinkLoad
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.loops.groups import Group
@@ -23,7 +23,7 @@ from .velocity_ratios import VelocityRatios
 if TYPE_CHECKING:
     from ..proof.free_bodies import FreeBodies
 
-UNIQUE_TOLERANCE = 1e-9
+UNIQUE_TOLERANCE = NOTHING
 """Influence of self-stresses, forces times the length, below which a component counts as unique.
 
 Rounding of what balances itself is some 1e-15 times the condition number of the closure equations,

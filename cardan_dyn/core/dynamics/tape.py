@@ -12,10 +12,11 @@ import numpy as np
 from ...kit.arrays import EPS, Array
 from ..kinematics.tolerances import REGULAR_CONDITION
 from ..mechanics.bodies import Tree
-from ..mechanics.elimination import MOST_GROWTH, Order
+from ..mechanics.elimination import THRESHOLD, Order
 from ..mechanics.placements import placed
 from ..mechanics.sample import Given, LinkForce, Roles, Solved, openings, solved
 from ..mechanics.vectors import ZERO, Rotation, Vector, times, turned
+from ..proof.residuals import SUM_ROUNDING
 from ..tape import Program, Scalar, Trace, absolute, greater, is_zero, select, sqrt
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs
 
@@ -24,10 +25,6 @@ _EXACT = float(np.sqrt(EPS))
 _FAR = 1e-3
 """Newton step [rad, or lengths] that is left to the kinematics, which knows how far off a guess
 may be: between dense samples, guesses are off by 1e-6."""
-
-
-_SETTLED = 1e-13
-"""Angle [rad] of a rod about its line from where it settles that is rounding."""
 
 
 SAMPLES = 16
@@ -256,13 +253,13 @@ class Equations:
         found = solved(self.tree, self.roles, given, order)
         error = found.error / self.tree.norm_length
         # Exactly 1 at the greatest that is allowed.
-        unstable = greater(found.growth / MOST_GROWTH, found.narrowness / REGULAR_CONDITION)
+        unstable = greater(found.growth * THRESHOLD, found.narrowness / REGULAR_CONDITION)
         unheld: Scalar = 0.0
         for number, of_rod in enumerate(() if self._kind.moves_alone else found.unheld, 1):
             unheld = select(of_rod, float(number), unheld)
         unstable = select(unheld, np.inf, greater(unstable, found.step / _FAR))
         unstable = select(left_out, np.inf, unstable)
-        inexact = greater(error / rounding, found.turned / _SETTLED)
+        inexact = greater(error / rounding, found.turned / SUM_ROUNDING)
         inexact = greater(found.step / _EXACT, inexact)
         judged = greater(unstable, inexact), unstable, left_out, unheld, error, found.narrowness
         return [*judged, *chain.from_iterable(self._quantities(found, x))]

@@ -20,7 +20,6 @@ from ...kit.errors import SimulationError
 from ...kit.extremes import peak
 from ...kit.roots import zero
 from .. import compiled
-from ..compiled import Plan
 
 Rate = Callable[[float, Array], Array]
 """Time derivative of a row."""
@@ -119,11 +118,10 @@ def _tableau() -> _Tableau:
 
 
 @cache
-def _plan() -> Plan:
-    """Return the plan of `compiled.kernel.explicit_step`."""
+def _table() -> Array:
+    """Return the tableau of `compiled.kernel.explicit_step`."""
     tableau = _tableau()
-    numbers = np.array(tableau.places), tableau.rows.ravel(), tableau.last, tableau.errors.ravel()
-    return Plan("stepping", [], numbers)
+    return np.vstack([tableau.rows, tableau.last, tableau.errors, tableau.places])
 
 
 def _at(part: float) -> Array:
@@ -242,7 +240,7 @@ class Stepper:
             (index, place, self._weights[index, : 1 + index])
             for index, place in enumerate(tableau.places)
         ][1:]
-        self._allowed = np.asarray(atol, dtype=float).reshape(-1)
+        self._allowed = np.array(atol, dtype=float).ravel()
         self._before: tuple[Array, Array] | None = None
         self._error: float | None = None
 
@@ -305,7 +303,7 @@ class Stepper:
             given = time, length, weighed, stages, [*stages], self._allowed, self._rtol, last
             traced = self._traced()
             by = traced and traced.given
-            *sums, runs = compiled.kernel.explicit_step(_plan().handle, derivative, *given, by)
+            *sums, runs = compiled.kernel.explicit_step(_table(), derivative, *given, by)
             if traced is not None:
                 traced.counted(runs)
             return last, stages[-1], *sums

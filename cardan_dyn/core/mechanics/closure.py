@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
+from ...kit.arrays import ROUNDED
 from ..tape import absolute, greater, select, sqrt
 from . import spins
 from .bodies import Tree
@@ -27,11 +28,6 @@ from .vectors import (
     times,
     turned,
 )
-
-_HALF_TURN = 1e-12
-"""Four times the squared cosine of half an angle up to which a rotation counts as a half turn: it
-is then within 1e-6 rad of one. A smaller square would lose its digits in rounding: of 1e-12, the
-rounding of its terms, 1e-16, is already 1e-4."""
 
 
 class Gap(NamedTuple):
@@ -70,9 +66,10 @@ def _turn(first: Rotation, second: Rotation) -> Vector:
     # The rotation's columns.
     x, y, z = columns = [turned(first, [axis[k] for axis in second]) for k in range(3)]
     sines = y[2] - z[1], z[0] - x[2], x[1] - y[0]
-    # Four times the squared cosine of half the angle.
+    # Four times the squared cosine of half the angle. Where it is rounding of its terms, the angle
+    # is within 1e-6 rad of a half turn, and counts as one.
     square = x[0] + y[1] + z[2] + 1.0
-    turn = times(sines, 1.0 / sqrt(greater(square, _HALF_TURN)))
+    turn = times(sines, 1.0 / sqrt(greater(square, ROUNDED)))
     # The sines of a half turn about n vanish and show no axis: of R + 1 = 2 n nᵀ the longest
     # column gives n most accurately.
     longest, size = added(x, UNTURNED[0]), x[0]
@@ -81,7 +78,7 @@ def _turn(first: Rotation, second: Rotation) -> Vector:
         longest = [select(longer, *both) for both in zip(column, longest, strict=True)]
         size = greater(size, columns[k][k])
     half = times(longest, 2.0 / sqrt(dot(longest, longest)))
-    return [select(square - _HALF_TURN, *both) for both in zip(turn, half, strict=True)]
+    return [select(square - ROUNDED, *both) for both in zip(turn, half, strict=True)]
 
 
 def errors(

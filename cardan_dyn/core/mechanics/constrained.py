@@ -12,18 +12,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from ..tape import absolute, greater, is_zero, sqrt
 from . import closure
 from .bodies import Tree
-from .elimination import Eliminated, Order, Pivot, Row, UnsuitableError, eliminated
+from .elimination import Eliminated, Order, Pivot, Row, UnsuitableError, eliminated, product
 from .placements import Placed, moving, placed
 from .reactions import Share, shares, work
 from .vectors import ZERO, Scalar, Vector, times
 
-_LEAST = 1e-150
+_LEAST = float(np.sqrt(np.finfo(float).tiny))
 """Added to what a rotation makes zero of: nothing beside numbers that occur, and so two zeros have
-a rotation, too."""
-_DRIFT, _ERROR, _OPENING = -1, -2, -3
+a rotation, too. Its square is the least double that has all digits."""
+_DRIFT, _ERROR, _OPENING = range(-3, 0)
 """Columns beside those of velocity coordinates: what is on the other side of equations."""
 
 
@@ -120,11 +122,11 @@ class Free(NamedTuple):
         errors, error = closure.errors(tree, at, by_rate, [c.offset for c in tree.couplings])
         rows = closure.rows(tree, at, v)
         drifts = closure.drifts(tree, at, moving(tree, at, v, told, ZERO))
-        drifts += [_product(row, told) for row in rows[len(drifts) :]]
+        drifts += [product(row, told) for row in rows[len(drifts) :]]
         turned = triangle(
             [
                 {rate: entry for rate, entry in row.items() if rate not in told}
-                | {_DRIFT: drift, _ERROR: off, _OPENING: _product(row, v)}
+                | {_DRIFT: drift, _ERROR: off, _OPENING: product(row, v)}
                 for row, drift, off in zip(rows, drifts, errors, strict=True)
             ],
             dependent,
@@ -142,7 +144,7 @@ class Free(NamedTuple):
         turning = [tree.of_rotors(way) for way in ways]
         count = range(len(ways))
         inertia = [
-            [work(moved[k], moved[c]) + _product(ways[k], turning[c]) for c in range(k + 1)]
+            [work(moved[k], moved[c]) + product(ways[k], turning[c]) for c in range(k + 1)]
             for k in count
         ]
         if any(is_zero(inertia[k][k]) for k in count):
@@ -185,7 +187,7 @@ class Free(NamedTuple):
         resisting = shares(self.tree, self.at, motion, {})
         efforts = self.tree.beside_rotors(efforts, decided)
         left = [
-            _product(way, efforts) - work(resisting, own)
+            product(way, efforts) - work(resisting, own)
             for way, own in zip(self.ways, self.moved, strict=True)
         ]
         result = dict(decided)
@@ -206,8 +208,3 @@ def _decided(rows: Sequence[tuple[int, Row]], column: int) -> dict[int, Scalar]:
         if not is_zero(value):
             result[pivot] = value * (1.0 / row[pivot])
     return result
-
-
-def _product(first: Mapping[int, Scalar], second: Mapping[int, Scalar]) -> Scalar:
-    """Return the sum of products of entries that both have."""
-    return sum((entry * second[key] for key, entry in first.items() if key in second), 0.0)

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import NOTHING, Array
 from ..tape import absolute, greater, is_zero
 from .vectors import Scalar
 
@@ -25,17 +25,28 @@ redundant rows are those of each block by itself."""
 THRESHOLD = 0.1
 """Part of the greatest entry of its column that a pivot has at least, at all samples at which the
 order is chosen, each entry beside the greatest of its row: the usual compromise of threshold
-pivoting (Davis 2006, chapter 6)."""
-MOST_GROWTH = 1.0 / THRESHOLD
-"""Growth of an elimination up to which its order serves: what is allowed where it is chosen."""
-NOTHING = 1e-9
-"""Entry, in units of the length and of one, that counts as none unless somebody says otherwise: the
-rank tolerance of the kinematics."""
+pivoting (Davis 2006, chapter 6). Its reciprocal is the growth of an elimination up to which its
+order serves: what is allowed where it is chosen."""
 
 _LEAST_ROW = 1e5
 """Times nothing up to which rows count as if that were their greatest entry: 1e-4 unless somebody
 says otherwise. Closed to rounding, 1e-12, they tell their columns worse than to 1e-8, which is
 proven. Axes that are parallel but for digits have such rows, of which others tell all."""
+
+
+def product(first: Row, second: Row) -> Scalar:
+    """Return the sum of products of entries that both have."""
+    return sum((entry * second[key] for key, entry in first.items() if key in second), 0.0)
+
+
+def combined(rows: Sequence[Row], factors: Sequence[Scalar]) -> dict[int, Scalar]:
+    """Return the sum of rows, each times its factor."""
+    result: dict[int, Scalar] = {}
+    for row, factor in zip(rows, factors, strict=True):
+        if not is_zero(factor):
+            for column, entry in row.items():
+                result[column] = result.get(column, 0.0) + entry * factor
+    return result
 
 
 class Pivot(NamedTuple):
@@ -162,7 +173,7 @@ def chosen(
     Args:
         rows: column to entries `(S,)`.
         blocks: see `Blocks`; all in one if None.
-        nothing: entry that counts as none.
+        nothing: entry, in units of the length and of one, that counts as none.
 
     Raises:
         UnsuitableError: a column vanishes at all samples.

@@ -369,21 +369,17 @@ class _Chain:
 
         They are reached on ways that go on as they begin, as far as motions allow.
         """
-        rank = int((start.sizes > tolerance).sum())
-        ways = generic((round_ + 1) * _WAYS, max(len(start.right[0]) - rank, 1))[-_WAYS:]
-        ahead = ways[:, : len(start.right[0]) - rank] @ start.right[0, rank:]
-        ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), _CLOSED)
+        free = start.right[0, int((start.sizes > tolerance).sum()) :]
+        ways = generic((round_ + 1) * _WAYS, max(len(free), 1))[-_WAYS:]
+        ahead = ways[:, : len(free)] @ free
         x = {column: np.repeat(value, _WAYS) for column, value in start.x.items()}
         found = []
         for _ in range(_STEPS):
-            there = self.closed(self.moved(x, _STEP * ahead), None, tolerance)
-            free = np.where(
-                (there.sizes > tolerance)[:, :, None], 0.0, there.right[:, : there.sizes.shape[1]]
-            )
-            rest = there.right[:, there.sizes.shape[1] :]
-            free = np.concatenate([free, rest], axis=1)
-            ahead = np.einsum("kin,kim,km->kn", free, free, ahead)
             ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), _CLOSED)
+            there = self.closed(self.moved(x, _STEP * ahead), None, tolerance)
+            free = there.right.copy()
+            free[:, : there.sizes.shape[1]][there.sizes > tolerance] = 0.0
+            ahead = np.einsum("kin,kim,km->kn", free, free, ahead)
             x = dict(there.x)
             found.append(there)
         ranks = np.concatenate([(item.sizes > tolerance).sum(axis=1) for item in found])

@@ -21,9 +21,6 @@ from .placements import stepped
 from .sample import Position, Roles
 from .vectors import Scalar
 
-LONGEST = 1.0
-"""Greatest displacement [rad, or lengths] of a coordinate in a step, by each of its derivatives. Of
-longer steps some end by accident near other solutions, often whole turns of a joint away."""
 ALLOWED = 0.1
 """Error [rad, or lengths] of a prediction up to which a step is taken: small against the distance
 between branches where nothing singular is near. Nearer by, the sign of the determinant decides."""
@@ -195,11 +192,14 @@ class Line(NamedTuple):
 def longest(fastest: Scalar, most_bent: Scalar) -> Scalar:
     """Return the longest part of the way that a step may go.
 
+    By each of its derivatives a coordinate moves by one radian, or length, at most: of longer steps
+    some end by accident near other solutions, often whole turns of a joint away.
+
     Args:
         fastest: greatest first derivative with respect to the way [rad, or lengths].
         most_bent: likewise the second.
     """
-    return smaller(LONGEST / fastest, sqrt(2.0 * LONGEST / most_bent))
+    return smaller(1.0 / fastest, sqrt(2.0 / most_bent))
 
 
 def next_length(length: Scalar, error: Scalar, taken: Scalar) -> Scalar:

@@ -12,22 +12,12 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from ...kit.arrays import NOTHING
 from ..tape import is_zero
 from .bodies import Tree
-from .elimination import Eliminated, Order, Pivot, Row, UnsuitableError, eliminated
+from .elimination import Eliminated, Order, Pivot, Row, UnsuitableError, eliminated, product
 from .placements import Motion, Placed
 from .vectors import ZERO, Rotation, Scalar, Vector, added, cross, dot, less, seen, times, turned
-
-_STIFF = 1e-10
-"""Eigenvalues of the elastic energy up to this part of the greatest one count as zero.
-
-Eigenvalues are exact to eps = 2e-16 of the greatest one, and more digits are lost with the closure
-equations; smaller ones would choose forces by their rounding.
-"""
-_ENERGY_ROUNDING = 1e-18
-"""Eigenvalues of the energy up to this part of what forces along the most compliant ways would
-store count as zero: the square of the 1e-9 up to which the influence of a self-stress counts as
-none, since energies grow with the square of forces."""
 
 
 class Push(NamedTuple):
@@ -340,7 +330,7 @@ def _least(
         entries: of these.
         own: of that.
     """
-    right = [-_product(of, own) for of in entries]
+    right = [-product(of, own) for of in entries]
     for column, amount in _factors(_products(entries)).solve(right).items():
         base = base.with_added(amount, items[column])
     return base
@@ -387,7 +377,7 @@ def _of_least_energy(
         {
             column: value
             for column, (_, way) in enumerate(every)
-            if not is_zero(value := _product(of, way))
+            if not is_zero(value := product(of, way))
         }
         for of in forces
     ]
@@ -399,7 +389,7 @@ def _of_least_energy(
         [within[row] for row in decided],
         Order([Pivot(place, column, 1.0) for place, column in enumerate(decided)]),
     )
-    for column, amount in factors.solve([-_product(forces[row], own) for row in decided]).items():
+    for column, amount in factors.solve([-product(forces[row], own) for row in decided]).items():
         base = base.with_added(amount, items[column])
     silent = []
     for index in left:
@@ -440,7 +430,9 @@ def _decided_by(energy: Sequence[Row], bounds: Sequence[Scalar]) -> list[int]:
             matrix[:, index, column] = _seen(entry)
     greatest = sum(np.broadcast_to(_seen(bound), samples) for bound in bounds)
     own = np.linalg.eigvalsh(matrix)
-    least = np.maximum(_STIFF * np.abs(own).max(axis=1), _ENERGY_ROUNDING * greatest)
+    # Smaller eigenvalues would choose forces by the rounding of closure equations. Energies grow
+    # with the square of forces: along the most compliant ways these would store `greatest`.
+    least = np.maximum(NOTHING * np.abs(own).max(axis=1), NOTHING**2 * greatest)
     ranks = np.sum(own > least[:, None], axis=1)
     if np.any(ranks != ranks[0]):
         raise UnsuitableError
@@ -578,7 +570,7 @@ def _products(entries: Sequence[Mapping[int, Scalar]]) -> list[Row]:
         for index in of_key:
             connected[index].update(of_key)
     return [
-        {other: _product(entries[index], entries[other]) for other in sorted(others)}
+        {other: product(entries[index], entries[other]) for other in sorted(others)}
         for index, others in enumerate(connected)
     ]
 
@@ -586,15 +578,6 @@ def _products(entries: Sequence[Mapping[int, Scalar]]) -> list[Row]:
 def _factors(normal: Sequence[Row]) -> Eliminated:
     """Return the factors of a matrix of products, which any order of its diagonal makes stably."""
     return eliminated(normal, Order([Pivot(row, row, 1.0) for row in range(len(normal))]))
-
-
-def _product(first: Mapping[int, Scalar], second: Mapping[int, Scalar]) -> Scalar:
-    """Return the sum of products of components that both have."""
-    total: Scalar = 0.0
-    for key, value in first.items():
-        if key in second:
-            total = total + value * second[key]
-    return total
 
 
 def _seen(entry: Scalar) -> Scalar:

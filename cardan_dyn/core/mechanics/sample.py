@@ -11,7 +11,16 @@ from ...kit.arrays import Array
 from ..tape import absolute, greater, is_zero
 from . import closure, spinning, spins, teeth
 from .bodies import Tree
-from .elimination import Eliminated, Order, Row, UnsuitableError, chosen_at_each, eliminated
+from .elimination import (
+    Eliminated,
+    Order,
+    Row,
+    UnsuitableError,
+    chosen_at_each,
+    combined,
+    eliminated,
+    product,
+)
 from .placements import Placed, moving, placed, stepped
 from .reactions import (
     Closed,
@@ -19,12 +28,13 @@ from .reactions import (
     Push,
     SelfStresses,
     Statics,
+    Wrench,
     Wrenches,
     closed,
     missing,
     momentum_rates,
 )
-from .vectors import ZERO, Scalar, Vector, seen, times, turned
+from .vectors import ZERO, Rotation, Scalar, Vector, seen, times, turned
 
 
 class Block(NamedTuple):
@@ -245,10 +255,7 @@ class Position(NamedTuple):
 
     def _changes(self, rates: Mapping[int, Scalar]) -> list[Scalar]:
         """Return how fast the rows' errors grow at rates of some velocity coordinates."""
-        return [
-            sum((row[rate] * value for rate, value in rates.items() if rate in row), 0.0)
-            for row in self.rows
-        ]
+        return [product(rates, row) for row in self.rows]
 
 
 def passive_rows(rows: Sequence[Row], roles: Roles) -> list[Row]:
@@ -310,7 +317,7 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
     position = Position.of(tree, roles, x, given.offsets, order)
     at, factors = position.at, position.factors
     ratios = [position.velocities({drive: 1.0}) for drive in roles.drives]
-    v = _combined(ratios, given.speeds)
+    v = combined(ratios, given.speeds)
     known = {
         rate: value
         for rate, value in zip(roles.drives, given.accelerations, strict=True)
@@ -357,16 +364,10 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
         ratios,
         v,
         a,
+        {index: _seen_pair(at.rotations[index], pair) for index, pair in result.wrenches.items()},
         {
-            index: (seen(at.rotations[index], force), seen(at.rotations[index], moment))
-            for index, (force, moment) in result.wrenches.items()
-        },
-        {
-            tree.loops[index].wrench: (
-                seen(at.end(tree.loops[index].successor)[0], force),
-                seen(at.end(tree.loops[index].successor)[0], moment),
-            )
-            for index, (force, moment) in result.exchanged.items()
+            tree.loops[index].wrench: _seen_pair(at.end(tree.loops[index].successor)[0], pair)
+            for index, pair in result.exchanged.items()
             if tree.loops[index].wrench >= 0
         },
         _exerted(tree, at, roles, result, loads),
@@ -388,15 +389,9 @@ def openings(
     return stresses.influence(tree, position.at, roles.counted)
 
 
-def _combined(ratios: Sequence[Mapping[int, Scalar]], rates: Sequence[Scalar]) -> dict[int, Scalar]:
-    """Return the sum of velocity ratios, each times the rate of its drive."""
-    result: dict[int, Scalar] = {}
-    for of_drive, rate in zip(ratios, rates, strict=True):
-        if is_zero(rate):
-            continue
-        for index, ratio in of_drive.items():
-            result[index] = result.get(index, 0.0) + ratio * rate
-    return result
+def _seen_pair(rotation: Rotation, pair: Wrench) -> Wrench:
+    """Return force and moment in the axes of a turned body."""
+    return seen(rotation, pair[0]), seen(rotation, pair[1])
 
 
 def _by_virtual_work(
@@ -411,10 +406,7 @@ def _by_virtual_work(
     needed = missing(
         open_tree.along(tree, at, range(len(tree.units))), loads, range(len(tree.units))
     )
-    return {
-        drive: sum((ratio * needed[rate] for rate, ratio in own.items()), 0.0)
-        for drive, own in zip(roles.drives, ratios, strict=True)
-    }
+    return {drive: product(own, needed) for drive, own in zip(roles.drives, ratios, strict=True)}
 
 
 def _exerted(

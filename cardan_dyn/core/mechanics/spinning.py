@@ -7,12 +7,13 @@ another rod, and closure forces do no work on it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
+from ...kit.arrays import NOTHING
 from ..tape import absolute, greater, select
 from .bodies import Tree
-from .elimination import Eliminated
+from .elimination import Eliminated, combined, product
 from .placements import Placed, moving
 from .reactions import Wrenches, momentum_rates
 from .vectors import ZERO, Scalar, times
@@ -20,9 +21,6 @@ from .vectors import ZERO, Scalar, times
 _MASSLESS = 1e-14
 """Inertia against a spin, relative to all masses at the characteristic length, up to which it is
 the rounding of other inertias: such a rod is balanced at any acceleration, and does not spin."""
-_BALANCED = 1e-9
-"""Moment about the line of a rod without inertia, as a fraction of the greatest wrench, up to which
-it is the rounding of forces that pass through the line."""
 
 
 class Spun(NamedTuple):
@@ -70,7 +68,7 @@ def spun(
         motion = moving(tree, at, {}, accelerations, ZERO)
         return momentum_rates(tree, at, motion, inertia).passed_on(tree, at)
 
-    together = _total(units, [1.0] * len(units))
+    together = combined(units, [1.0] * len(units))
     resisting = carried(together).along(tree, at, every)
     for rate, taken in tree.of_rotors(together).items():
         resisting[rate] = resisting[rate] + taken
@@ -84,18 +82,10 @@ def spun(
     amounts, unheld = [], []
     for unit in units:
         about = sum((u * (loads.get(r, 0.0) - acting[r]) for r, u in unit.items()), 0.0)
-        against = sum((u * resisting[r] for r, u in unit.items()), 0.0)
+        against = product(unit, resisting)
         resists = against - least
         amounts.append(select(resists, about / select(resists, against, 1.0), 0.0))
-        unheld.append(select(resists, 0.0, absolute(about) - _BALANCED * greatest))
-    accelerations = _total(units, amounts)
+        # Forces that pass through the line have such a moment by rounding.
+        unheld.append(select(resists, 0.0, absolute(about) - NOTHING * greatest))
+    accelerations = combined(units, amounts)
     return Spun(accelerations, carried(accelerations), unheld)
-
-
-def _total(units: Sequence[Mapping[int, Scalar]], amounts: Sequence[Scalar]) -> dict[int, Scalar]:
-    """Return the sum of rates, each times its amount."""
-    result: dict[int, Scalar] = {}
-    for unit, amount in zip(units, amounts, strict=True):
-        for rate, value in unit.items():
-            result[rate] = result.get(rate, 0.0) + value * amount
-    return result

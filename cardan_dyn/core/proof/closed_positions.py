@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import NOTHING, Array
 from ...kit.errors import AccuracyError
 from ..mechanism.frames import Frames
 from .constraints import coupled_joints
@@ -22,12 +22,9 @@ if TYPE_CHECKING:
     from ..mechanism.coordinates import Coordinates
     from ..mechanism.mechanism import Mechanism
 
-_CLOSED = 1e-10
-"""Greatest deviation of a loop that counts as closed: an angle [rad], or a part of the
-characteristic length."""
 _MOVED = 1e-2
 """Displacement of a body [rad, or a part of the characteristic length] that does not close a loop
-which is open by no more than that, unless its condition number is a hundred million."""
+which is open by no more than rounding, 1e-9, unless its condition number is ten million."""
 
 
 def refuse_left(
@@ -78,7 +75,7 @@ def refuse_left(
     deviations += [
         _slip(description.couplings[index], frames, coordinates, before) for index in couplings
     ]
-    if np.max(moved) < _MOVED or max(deviations, default=np.inf) > _CLOSED:
+    if np.max(moved) < _MOVED or max(deviations, default=np.inf) > NOTHING:
         return
     raise AccuracyError(
         f"{mechanism.name}: the loops are closed to {max(deviations):.1e} where a closed position "

@@ -12,10 +12,6 @@ import numpy as np
 from ...kit.arrays import Array
 from .residuals import CHECK_ROUNDING, Residuals
 
-_MOST_KEPT = 256
-"""Samples that may decide the balance of power; where there are more, all are kept. Of rounding,
-some ten do."""
-
 
 def condensed(residuals: Residuals) -> Residuals:
     """Return residuals of a few samples that say the same as those of all, beside any others.
@@ -51,7 +47,7 @@ def _greatest_quotients(offset: Array, slope: Array, error: Array, first: float)
 
     Their inverses are straight lines, offset / error + g slope / error: those on the lower side of
     all of them are found one after the other, each where it crosses the one before. Errors are
-    positive.
+    positive. Of rounding, some ten are.
     """
     if not len(error):
         return np.zeros(0, dtype=int)
@@ -61,8 +57,6 @@ def _greatest_quotients(offset: Array, slope: Array, error: Array, first: float)
     lowest = int(np.lexsort((rise, at + first * rise))[0])
     found = [lowest]
     while (rest := rest[rise[rest] < rise[lowest]]).size:
-        if len(found) == _MOST_KEPT:
-            return np.arange(len(error))
         with np.errstate(all="ignore"):
             crossing = (at[rest] - at[lowest]) / (rise[lowest] - rise[rest])
         lowest = int(rest[np.lexsort((rise[rest], crossing))[0]])

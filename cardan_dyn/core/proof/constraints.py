@@ -24,7 +24,7 @@ from .vectors import dot, greatest, ratio, subtract, times, total
 
 if TYPE_CHECKING:
     from ..description.description import CouplingDescription, Description
-    from ..mechanism.frames import ElementaryMotion, Frames
+    from ..mechanism.frames import Frames
 
 
 class Motion(NamedTuple):
@@ -75,14 +75,6 @@ class Around(NamedTuple):
     last: int
 
 
-def prescribed_motions(
-    frames: Frames, motion: Motion
-) -> tuple[list[ElementaryMotion], list[ElementaryMotion]]:
-    """Return the turns and slides that are driven, and those that are held."""
-    named = named_motions(frames)
-    return [named[name] for name in motion.drives], [named[name] for name in motion.held]
-
-
 class Constraints:
     """The loops, couplings, drives and held joints of a scene.
 
@@ -90,7 +82,7 @@ class Constraints:
         rate_scale: `(nv,)` the characteristic length for slides, 1 for angles: what rates are
             divided by, and efforts multiplied with, to compare those of slides with those of turns.
         known_rates: joint velocities that are claimed to be known.
-        driven, held: the motions of the drives and of the held joints.
+        driven, held: turns and slides of the drives and of the held joints.
         around: the loops whose joints all move as is claimed.
         every_coupling: the couplings of the description.
         couplings: those whose joints all move as is claimed.
@@ -118,7 +110,9 @@ class Constraints:
         self.rate_scale = [1.0] * coordinates.model.nv
         for rate in screws.slides:
             self.rate_scale[rate] = length
-        self.driven, self.held = prescribed_motions(frames, motion)
+        named = named_motions(frames)
+        self.driven = [named[name] for name in motion.drives]
+        self.held = [named[name] for name in motion.held]
         self.known_rates = np.flatnonzero(known).tolist()
         self.every_coupling = [
             self._coupling(index, item, coordinates)

@@ -65,6 +65,10 @@ class _Moving(NamedTuple):
     velocity: Array
     spin: Array
 
+    def speed(self, point: Array) -> Array:
+        """Return the velocity `(3, N)` of the link's point that is there."""
+        return self.velocity + cross(self.spin, point)
+
 
 class ProvenElements:
     """The elements of a scene on the frames of its description."""
@@ -182,43 +186,28 @@ class ProvenElements:
         self, element: PointSpring, first: _Moving, second: _Moving
     ) -> tuple[Array, Array]:
         """Return the wrench `(2, 3, N)` of a spring on `link_b`, and the size of its terms."""
-        span = second.origin - first.origin
-        speed_a, speed_b = (
-            frame.velocity + cross(frame.spin, frame.origin) for frame in (first, second)
-        )
-        distance = np.linalg.norm(span, axis=0)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            direction = span / distance
-        rate = np.einsum("in,in->n", direction, speed_b - speed_a)
-        force = -direction * (element.stiffness * (distance - element.length))
-        force -= direction * (element.damping * rate)
+        distance, direction, seen, reach = _line(first, second)
+        rate = np.einsum("in,in->n", direction, seen)
+        pull = element.stiffness * (distance - element.length) + element.damping * rate
         # Points that coincide: a spring of length zero pulls nowhere, its damper in any direction.
         apart = distance > COINCIDENT * self._length
-        force = np.where(apart, force, -element.damping * (speed_b - speed_a))
-        reach = _norm(first.origin) + _norm(second.origin) + element.length
-        pace = _norm(speed_a) + _norm(speed_b)
-        terms = self._length * (element.stiffness * reach + element.damping * pace)
-        return np.stack([force, cross(second.origin, force)]), terms
+        force = np.where(apart, -direction * pull, -element.damping * seen)
+        pace = _norm(first.speed(first.origin)) + _norm(second.speed(second.origin))
+        terms = element.stiffness * (reach + element.length) + element.damping * pace
+        return _at(second.origin, force), self._length * terms
 
     def _of_thrust(
         self, element: PointActuator, first: _Moving, second: _Moving, time: Array
     ) -> tuple[Array, Array]:
         """Return the wrench `(2, 3, N)` of a thrust on `link_b`, and the size of its terms."""
-        span = second.origin - first.origin
-        seen = second.velocity - first.velocity
-        seen = seen + cross(second.spin, second.origin) - cross(first.spin, first.origin)
-        length = _norm(span)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            direction = span / length
+        length, direction, seen, reach = _line(first, second)
         places = {
             "time": np.broadcast_to(time, length.shape),
             "length": length,
             "rate": np.einsum("in,in->n", direction, seen),
         }
-        reach = _norm(first.origin) + _norm(second.origin)
         thrust, terms = _of_law(element.thrust, element.law.of, places, length=reach)
-        force = thrust * direction
-        return np.stack([force, cross(second.origin, force)]), self._length * terms
+        return _at(second.origin, thrust * direction), self._length * terms
 
     def _of_contact(
         self, element: PinContact, first: _Moving, second: _Moving, time: Array
@@ -229,7 +218,7 @@ class ProvenElements:
         distance = _norm(beside)
         along = np.divide(beside, distance, out=np.zeros_like(beside), where=distance > 0.0)
         away = cross(along, axis)
-        seen = second.velocity - first.velocity + cross(second.spin - first.spin, second.origin)
+        seen = second.speed(second.origin) - first.speed(second.origin)
         growth, moved = (np.einsum("in,in->n", way, seen) for way in (away, along))
         turning = np.einsum("in,in->n", axis, second.spin - first.spin)
         slip = (moved + element.radius * turning) / element.transition
@@ -238,10 +227,10 @@ class ProvenElements:
         pressure = element.pressure(depth, growth, np.broadcast_to(time, depth.shape))
         sideways = element.friction * pressure * slip / np.sqrt(1.0 + slip * slip)
         force = -(pressure * away + sideways * along)
-        wrench = np.stack([force, cross(second.origin + element.radius * away, force)])
         inside = np.maximum(depth, 0.0)
         steepness = np.divide(pressure, inside, out=np.zeros_like(inside), where=inside > 0.0)
         reach = _norm(first.origin) + _norm(second.origin) + element.clearance
+        wrench = _at(second.origin + element.radius * away, force)
         return wrench, self._length * (steepness * reach + pressure)
 
     def _of_bushing(
@@ -264,22 +253,17 @@ class ProvenElements:
         jacobians[np.einsum("ni,ni->n", wound, wound) > _WOUND**2] = np.eye(3)
         moment = np.linalg.solve(jacobians.transpose(0, 2, 1), gradient[3:].T[:, :, None])
         gradient[3:] = moment[:, :, 0].T
-        speed_b = second.velocity + cross(second.spin, second.origin)
-        # Of the point of the first link that is where the second origin is.
-        speed_a = first.velocity + cross(first.spin, second.origin)
-        rates = np.stack([speed_b - speed_a, second.spin - first.spin])
+        # Of the points of both links that are where the second origin is.
+        speeds = first.speed(second.origin), second.speed(second.origin)
+        rates = np.stack([speeds[1] - speeds[0], second.spin - first.spin])
         rates = np.einsum("cin,kin->kcn", first.axes, rates).reshape(6, count)
         damping = np.zeros((6, 6)) if element.damping is None else element.damping
         in_axes = -(gradient + damping @ rates).reshape(2, 3, count)
         wrench = np.einsum("cin,kcn->kin", first.axes, in_axes)
         wrench[1] += cross(second.origin, wrench[0])
         reach = _norm(first.origin) + _norm(second.origin)
-        pace = _norm(speed_a) + _norm(speed_b)
-        spins = _norm(first.spin) + _norm(second.spin)
-        extents, paces = (
-            np.stack([reach, np.pi + np.linalg.norm(wound, axis=1)]),
-            np.stack([pace, spins]),
-        )
+        extents = reach, np.pi + np.linalg.norm(wound, axis=1)
+        paces = sum(map(_norm, speeds)), _norm(first.spin) + _norm(second.spin)
         weights = np.array([self._length, 1.0])
         terms = np.zeros(count)
         for matrix, sizes in ((element.stiffness, extents), (damping, paces)):
@@ -399,6 +383,24 @@ def _unknown_law(element: Element) -> ArgumentError:
         f"the proof does not know the law of {type(element).__name__}, so that its forces could "
         "not be checked; write it once more in proof/element_loads.py"
     )
+
+
+def _line(first: _Moving, second: _Moving) -> tuple[Array, Array, Array, Array]:
+    """Return how far apart two origins are, in what direction, and how fast they part.
+
+    And the size of the terms that their distance is a difference of.
+    """
+    span = second.origin - first.origin
+    distance = _norm(span)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        direction = span / distance
+    seen = second.speed(second.origin) - first.speed(first.origin)
+    return distance, direction, seen, _norm(first.origin) + _norm(second.origin)
+
+
+def _at(point: Array, force: Array) -> Array:
+    """Return the wrench `(2, 3, N)` of a force at a point."""
+    return np.stack([force, cross(point, force)])
 
 
 def _norm(vectors: Array) -> Array:

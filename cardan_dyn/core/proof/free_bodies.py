@@ -23,7 +23,7 @@ from ..mechanism.coordinates import Coordinates
 from ..mechanism.frames import Frames, RigidBody, merged
 from ..mechanism.kept import Kept
 from ..tape import Scalar, absolute, greater
-from .constraints import Constraints, Motion, prescribed_motions
+from .constraints import Constraints, Motion
 from .effort_balance import EffortBalance
 from .momentum import Massive
 from .placing import Frame
@@ -157,7 +157,7 @@ class FreeBodies:
         known = setup.motion.known
         # The drives' efforts are all solved if the wrenches at their joints are, or if none is:
         # then virtual work gives the efforts.
-        drives, held = prescribed_motions(frames, setup.motion)
+        drives, held = self._constraints.driven, self._constraints.held
         driven = {motion.joint for motion in drives}
         self._power_known = bool(np.all(known)) and (
             not self.claimed or driven <= set(self.claimed)

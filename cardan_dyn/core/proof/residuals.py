@@ -11,6 +11,7 @@ import numpy as np
 from ...kit.arrays import EPS, Array
 from ...kit.errors import AccuracyError, as_position, as_text
 from ..tape import Scalar, greater, select
+from .vectors import ratio
 
 if TYPE_CHECKING:
     from ..elements.link_loads import LinkLoad
@@ -27,21 +28,11 @@ CHECK_ROUNDING = 0.1 * EPS
 The size of inertial terms is estimated with the length of the whole mechanism, some ten times that
 of its bodies; hence the tenth.
 """
-_HARMLESS_CONDITION = 1e6
-"""Condition number that explains no error that is refused: eps · 1e6 = 2e-10 is far below 1e-8."""
-_ELASTIC_ROUNDING = 1e-5
-"""Part of the terms of elastic forces that counts as load: times the tolerance, 1e-13, it is what
-rounding leaves of their differences, however stiff an element is."""
-_CANCELLED = 1e-13
-"""Wrenches up to this part of the inertial terms are what rounding leaves of their sum.
+SUM_ROUNDING = 1e-13
+"""Part of the terms of a sum that rounding leaves of it where they cancel.
 
 It is some hundred times the rounding of a single term, since the balance of a body adds up about as
 many terms.
-"""
-_LEAST_SCALE = 1e-300
-"""Added to what residuals are divided by, so that nothing is divided by zero.
-
-Next to the least double, 2e-308, numbers have too few digits to agree in.
 """
 
 
@@ -163,25 +154,14 @@ class Residuals(NamedTuple):
     @staticmethod
     def joined(blocks: list[Residuals]) -> Residuals:
         """Return the residuals of the blocks of one sweep as one."""
-        arrays = {
-            name: np.concatenate([getattr(block, name) for block in blocks])
-            for name in Residuals._fields
-            if not name.endswith("balanced") and getattr(blocks[0], name) is not None
-        }
-        return Residuals(
-            **arrays,
-            bodies_balanced=blocks[0].bodies_balanced,
-            power_balanced=blocks[0].power_balanced,
+        fields = zip(*blocks, strict=True)
+        return Residuals._make(
+            np.concatenate(of) if isinstance(of[0], np.ndarray) else of[0] for of in fields
         )
 
     def of_samples(self, span: slice | Array) -> Residuals:
         """Return the residuals of some samples."""
-        arrays = {
-            name: getattr(self, name)[span]
-            for name in Residuals._fields
-            if not name.endswith("balanced") and getattr(self, name) is not None
-        }
-        return self._replace(**arrays)
+        return Residuals._make(own[span] if isinstance(own, np.ndarray) else own for own in self)
 
     @property
     def cancellation(self) -> Array:
@@ -200,7 +180,7 @@ class Residuals(NamedTuple):
         remaining = greater(self.wrench, self.applied)
         remaining = select(remaining, remaining, self.inertia)
         terms = self.inertia if self.elastic is None else self.inertia + self.elastic
-        return 1.0 + terms / (remaining + _LEAST_SCALE)
+        return 1.0 + ratio(terms, remaining)
 
     def proven(self, loop_error: Array, unproven: tuple[str, ...]) -> Proven:
         """Return the worst of all samples.
@@ -286,7 +266,8 @@ class Residuals(NamedTuple):
         judged = {"loop": (self.loop_error, 1.0), "rate": (self.rate_error, 1.0)}
         size = self.wrench + self.applied + self.inertia
         if self.elastic is not None:
-            size = size + _ELASTIC_ROUNDING * self.elastic
+            # Times the tolerance, what rounding leaves of differences, however stiff an element is.
+            size = size + SUM_ROUNDING / BALANCE_TOLERANCE * self.elastic
         if self.bodies_balanced:
             judged["balance"] = self.imbalance, size
         if self.power_balanced:
@@ -304,7 +285,7 @@ class Residuals(NamedTuple):
 
     def cancelled(self, greatest: float) -> Array:
         """Return `(N,)` where the greatest wrench of all samples is rounding of inertial terms."""
-        is_cancelled: Array = greatest <= _CANCELLED * self.inertia
+        is_cancelled: Array = greatest <= SUM_ROUNDING * self.inertia
         return is_cancelled
 
 
@@ -336,7 +317,7 @@ def _refuse(name: str, error: Array, scale: Scalar, positions: Array, condition:
     at = f"drive position {as_text(positions[worst])}"
     if not np.isfinite(relative[worst]) or not np.isfinite(scale[worst]):
         raise overflow(f"the {name} residual at {at}")
-    if condition[worst] < _HARMLESS_CONDITION:
+    if SUM_ROUNDING * condition[worst] < BALANCE_TOLERANCE:
         advice = "which explains no such error: please report it with the scene"
     else:
         advice = "stay away from this position or choose another drive"
@@ -356,11 +337,3 @@ def _worst(error: Array, scale: Array) -> float:
         return float("nan")
     with np.errstate(over="ignore", invalid="ignore"):
         return float(ratio(error, scale).max())
-
-
-def ratio(numerator: Array, denominator: Array) -> Array:
-    """Return quotients: zero for the numerator zero, very great if only the denominator is.
-
-    They may overflow: callers tell NumPy not to warn of it.
-    """
-    return np.asarray(np.where(numerator == 0.0, 0.0, numerator / (denominator + _LEAST_SCALE)))

@@ -13,47 +13,29 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import NOTHING, Array
 from ...kit.errors import AccuracyError
 from ..elements.link_loads import WRENCH_COMPONENTS
 from .placing import Frame, stacked
+from .residuals import SUM_ROUNDING
 from .screws import Screws
 
-_UNIQUE = 1e-7
-"""Greatest change of a component, per unit of self-stress, that still counts as none.
-
-At the positions that are judged, zero singular values are below `_ZERO` and the others above
-`_CLEAR` of the greatest one, so that rounding turns null vectors by up to eps / 1e-7 = 2e-9. The
-factor of 50 is left for the lever arms by which wrenches are moved to their joints.
-"""
-_OPEN = 1e-13
-"""Greatest change of a component, per unit of self-stress, that proves that it is unique.
-
-It is some hundred times the rounding of a sum of products near 1. The solver flags a component as
-open only from a change of 1e-9 on, so a component that it flags rightly changes by more than this.
-"""
 _ZERO, _CLEAR = 1e-11, 1e-7
 """Relative singular values of equilibrium up to which it is singular, and from which it is not.
 
 Coordinates are exact to some 1e-15, so that self-stresses come out with singular values of that
 size; four digits are left for loops whose shape magnifies rounding. Values in between occur next to
 singular configurations, where neither answer can be trusted, so such positions are not judged.
-"""
-_CERTAIN_CONDITION = 1e4
-"""Condition number of the closure equations up to which rounding cannot look like a self-stress.
 
-Rounding is magnified to eps · 1e4 = 2e-12 there, far below the 1e-9 from which the solver flags a
-component.
+Where all are clear, rounding turns null vectors by up to eps / 1e-7 = 2e-9. A change of a component
+of up to `_CLEAR`, per unit of self-stress, counts as none: the factor of 50 is left for the lever
+arms by which wrenches are moved to their joints. The solver flags a component as open only from a
+change of 1e-9 on, so one that changes by rounding alone, `SUM_ROUNDING`, is proven to be unique.
 """
 _POSITIONS_AT_ONCE = 64
 """Positions whose equilibrium is decomposed together.
 
 It bounds the memory: 64 matrices of 600 × 600 numbers take 184 MB.
-"""
-_FIRST_POSITIONS = 3
-"""Positions, spread over a sweep, that are judged first.
-
-A component that is open is so at all but special positions, so these usually settle all flags.
 """
 MOST_UNKNOWNS = 600
 """Greatest number of unknown closure forces that are decomposed; beyond, flags are not proven.
@@ -126,15 +108,9 @@ class SelfStressProof:
             length, per unit of self-stress; and `(n,)` whether the rank at a position is beyond
             doubt.
         """
-        for start in range(0, len(x), _POSITIONS_AT_ONCE):
-            yield self._influence(x[start : start + _POSITIONS_AT_ONCE])
-
-    def _influence(self, x: Array) -> tuple[Array, Array]:
-        result = np.zeros((len(x), len(self.joints), 6))
-        changes, clear = self._changes(x)
-        for sample, change in enumerate(changes):
-            result[sample] = np.sqrt(np.sum(change**2, axis=3)).reshape(-1, 6) * self._lengths
-        return result, clear
+        for changes, clear in self._changes(x):
+            sizes = [np.sqrt(np.sum(change**2, axis=3)).reshape(-1, 6) for change in changes]
+            yield np.array(sizes) * self._lengths, clear
 
     def unique_of(self, joint: int, x: Array, maps: Array, are_forces: Array) -> Array | None:
         """Return `(k,)` which sums of the components of a wrench are unique.
@@ -152,16 +128,14 @@ class SelfStressProof:
         if self.unknowns > MOST_UNKNOWNS:
             return None
         lengths = np.where(are_forces, self._lengths[0], 1.0)
-        greatest, judged = np.zeros(len(lengths)), False
-        for start in range(0, len(x), _POSITIONS_AT_ONCE):
-            block = slice(start, start + _POSITIONS_AT_ONCE)
-            changes, clear = self._changes(x[block])
-            for change, factors, is_clear in zip(changes, maps[block], clear, strict=True):
+        greatest, judged, left = np.zeros(len(lengths)), False, iter(maps)
+        for changes, clear in self._changes(x):
+            for change, is_clear, factors in zip(changes, clear, left, strict=False):
                 if is_clear:
                     judged = True
                     sums = factors @ change[joint].reshape(6, -1)
                     greatest = np.maximum(greatest, np.sqrt(np.sum(sums**2, axis=1)) * lengths)
-        return greatest <= _UNIQUE if judged else None
+        return greatest <= _CLEAR if judged else None
 
     def _equilibrium(self, placed: Sequence[Frame], count: int) -> Array:
         """Return `(N, R, C)` the effort along each passive rate per unit of each unknown.
@@ -178,17 +152,19 @@ class SelfStressProof:
         couplings = np.broadcast_to(self._coupling_columns, (count, *self._coupling_columns.shape))
         return np.concatenate([matrix * self._row_scale, couplings], axis=2)
 
-    def _changes(self, x: Array) -> tuple[list[Array], Array]:
-        """Return per position what self-stresses add to the wrenches, see `_on_joints`.
+    def _changes(self, x: Array) -> Iterator[tuple[list[Array], Array]]:
+        """Yield per position what self-stresses add to the wrenches, see `_on_joints`.
 
-        And `(n,)` whether the rank at a position is beyond doubt.
+        And `(n,)` whether the rank at a position is beyond doubt; some positions at a time.
         """
-        placed = self._screws.placing.placed(list(x.T))
-        null_spaces, clear = _null_spaces(self._equilibrium(placed, len(x)))
-        frames = self._screws.placing.joint_frames(placed)
-        vectors = [vector for axes, origin in frames for vector in (*axes, origin)]
-        joint_frames = stacked(vectors, len(x)).reshape(-1, 4, 3, len(x)).transpose(3, 0, 1, 2)
-        return list(map(self._on_joints, null_spaces, joint_frames)), clear
+        for start in range(0, len(x), _POSITIONS_AT_ONCE):
+            block = x[start : start + _POSITIONS_AT_ONCE]
+            placed, count = self._screws.placing.placed(list(block.T)), len(block)
+            null_spaces, clear = _null_spaces(self._equilibrium(placed, count))
+            frames = self._screws.placing.joint_frames(placed)
+            vectors = [vector for axes, origin in frames for vector in (*axes, origin)]
+            joint_frames = stacked(vectors, count).reshape(-1, 4, 3, count).transpose(3, 0, 1, 2)
+            yield list(map(self._on_joints, null_spaces, joint_frames)), clear
 
     def _on_joints(self, stresses: Array, joint_frames: Array) -> Array:
         """Return what a basis of self-stresses `(C, k)` adds to all wrenches, `(J, 2, 3, k)`.
@@ -239,7 +215,8 @@ def prove_flags(
         raise _contradiction("unique, but changes", stress, joints, unique & silent)
     if not stress.unknowns or stress.unknowns > MOST_UNKNOWNS:
         return
-    first = sorted(set(np.linspace(0, len(x) - 1, _FIRST_POSITIONS).astype(int).tolist()))
+    last = len(x) - 1
+    first = sorted({0, last // 2, last})
     changes, judged = np.zeros(unique.shape), False
     # Some components are open at special positions only; all positions are judged where the first
     # ones leave a flag unproven.
@@ -247,14 +224,16 @@ def prove_flags(
         for influence, clear in stress.influence(positions):
             judged = judged or bool(np.any(clear))
             changes = np.maximum(changes, influence[clear][:, joints].max(axis=0, initial=0.0))
-        wrong = unique & (changes > _UNIQUE)
+        wrong = unique & (changes > _CLEAR)
         if np.any(wrong):
             raise _contradiction("unique, but changes", stress, joints, wrong)
-        if np.all(unique | silent | (changes > _OPEN)):
+        if np.all(unique | silent | (changes > SUM_ROUNDING)):
             return
-    if not judged or condition > _CERTAIN_CONDITION:
-        return  # The rank is in doubt: near singular positions, or because digits were lost.
-    wrong = ~unique & ~np.asarray(silent) & (changes <= _OPEN)
+    # The rank is in doubt near singular positions; and the flag is where rounding, magnified by the
+    # condition, may look like the influence from which on the solver sets it.
+    if not judged or SUM_ROUNDING * condition > NOTHING:
+        return
+    wrong = ~unique & ~np.asarray(silent) & (changes <= SUM_ROUNDING)
     raise _contradiction("open, but does not change", stress, joints, wrong)
 
 
@@ -268,7 +247,7 @@ def _contradiction(
         f"{WRENCH_COMPONENTS[component]} of the wrench at {name!r} is flagged {finding} under "
         "self-stress or the forces of couplings: please report this with the scene",
         residual=float("nan"),
-        tolerance=_UNIQUE,
+        tolerance=_CLEAR,
         position=None,
     )
 

@@ -6,16 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import NOTHING, Array
 from .constraints import coupled_joints
 
 if TYPE_CHECKING:
     from ..description.description import CouplingDescription, Description
     from ..mechanism.frames import Frames
-
-_ALONG = 1e-9
-"""Sine of the angle up to which an axis of a joint is that of its frame: flags that a solver finds
-to the same size are those of axes given with nine digits."""
 
 
 def open_by_couplings(description: Description, frames: Frames) -> Array:
@@ -70,5 +66,5 @@ def _free(frames: Frames, joint: int) -> Array:
         result[3:] = False
         return result
     across = np.array([np.hypot(*np.delete(motion.axis, k)) for k in range(3)])
-    result[slice(3) if motion.kind == "slide" else slice(3, 6)] = across > _ALONG
+    result[slice(3) if motion.kind == "slide" else slice(3, 6)] = across > NOTHING
     return result

@@ -15,6 +15,7 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.threads import in_turn
 from ..mechanism.frames import Frames
+from ..mechanism.kept import MOST
 from ..tape import Program, Scalar, Trace, machine_is_at_hand
 from .samples import Rows, Sample
 from .vectors import greatest
@@ -24,8 +25,6 @@ Text: TypeAlias = Callable[[Sample], Sequence[Scalar]]
 _MOST_TRACED = 256
 """Velocity ratios up to which a claim is traced: each drive by itself moves all bodies in the text,
 so that tracing takes as long as their number is large. More take arrays."""
-_MOST_KINDS = 8
-"""Kinds of claims whose programs are kept, the last ones: of most scenes there are one or two."""
 
 
 class _Known:
@@ -89,7 +88,7 @@ class Programs:
     def _known(self, text: Text, rows: Rows, frames: Frames) -> _Known:
         known = self._of_kinds.get(rows.kind)
         if known is None:
-            if len(self._of_kinds) == _MOST_KINDS:
+            if len(self._of_kinds) == MOST:
                 self._of_kinds.pop(next(iter(self._of_kinds)))
             known = self._of_kinds[rows.kind] = _Known(text, rows, frames, rows.acting())
         return known

@@ -15,7 +15,8 @@ Vector: TypeAlias = tuple[Scalar, Scalar, Scalar]
 
 ZERO: Vector = (0.0, 0.0, 0.0)
 _LEAST_SIZE = 1e-300
-"""Added to what is divided by, so that nothing is divided by zero: next to the least double."""
+"""Added to what is divided by, so that nothing is divided by zero: next to the least double,
+2e-308, numbers have too few digits to agree in."""
 
 
 def add(a: Vector, b: Vector) -> Vector:

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from cardan_dyn.core.mechanics.elimination import (
-    NOTHING,
     THRESHOLD,
     UnsuitableError,
     chosen,
     chosen_at_each,
     eliminated,
 )
+from cardan_dyn.kit.arrays import NOTHING
 
 SAMPLES = 16
 

@@ -29,6 +29,11 @@ ELEMENTS: list[Element] = [
     cd.PointSpring("left", (0.1, 0.2, 0.3), "right", (-0.2, 0.1, 0.5), 30.0, 4.0, 0.4),
     cd.PointSpring("base", (1.0, 2.0, 4.0), "slider", (0.1, 0.0, 0.2), 30.0, 4.0, 0.4),
     cd.PointSpring("left", (0.1, 0.2, 0.3), "platform", (0.0, 0.0, 0.1), 9.0, 1.5),
+    cd.PointActuator(
+        *("left", (0.1, 0.2, 0.3), "slider", (0.1, 0.0, 0.2)),
+        lambda length, rate: 5.0 - 3.0 * length - 2.0 * rate,
+        of=("length", "rate"),
+    ),
     cd.Bushing("platform", "left", PLACED.homogeneous, K, 0.3 * K),
     cd.Bushing("right", "base", (0.1, 0.2, 0.3), K, 0.2 * K),
     cd.Bushing("base", "right", (0.1, 0.2, 0.3), K, origin_b=np.eye(4)),

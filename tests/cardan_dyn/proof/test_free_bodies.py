@@ -281,9 +281,13 @@ def test_factors_multiply_weight_and_inertia_of_a_link(factors: list[float]) -> 
     residuals = disc_bodies().check(claim)
     np.testing.assert_allclose(residuals.imbalance, 0.0, atol=1e-13)
     np.testing.assert_allclose(residuals.power_imbalance, 0.0, atol=1e-13)
+    # Both are rounded: all of the disc, and what its factor adds or takes.
+    added = np.abs(times[:, 0] - 1.0)
+    terms = MASS * LENGTH**2 * (SPEED**2 + ACCELERATION)
+    np.testing.assert_allclose(residuals.inertia, (1.0 + added) * terms, rtol=1e-14)
+    np.testing.assert_allclose(residuals.applied, LENGTH * MASS * 10.0 * np.maximum(1.0, added))
     residuals = disc_bodies().check(claim._replace(inertia={}))
     # What the disc lacks without them is what they add.
-    added = np.abs(times[:, 0] - 1.0)
     force, moment = np.linalg.norm(TURNING[:3]), np.linalg.norm(TURNING[3:])
     size = np.maximum(LENGTH * force, moment)
     np.testing.assert_allclose(residuals.imbalance, added * size, rtol=1e-12)
@@ -386,15 +390,27 @@ def test_motions_of_slides_are_inertial_terms() -> None:
     So does the product of a body's speed and its momentum, which is along it.
     """
     slide = DISC.replace('type="continuous"', 'type="prismatic"')
-    mechanism = cd.load(slide)
-    motion = Motion(("axle",), (), np.ones(1, dtype=bool))
-    bodies = FreeBodies(
-        reread(mechanism.description), mechanism.coordinates, LENGTH, Setup(motion, ["axle"])
+    bodies, with_rotor = (
+        FreeBodies(
+            reread(mechanism.description),
+            mechanism.coordinates,
+            LENGTH,
+            Setup(Motion(("axle",), (), np.ones(1, dtype=bool)), ["axle"]),
+        )
+        for mechanism in (
+            cd.load(text)
+            for text in (slide, slide.replace("<axis", '<dynamics armature="0.6"/><axis'))
+        )
     )
     push = MASS * ACCELERATION
     wrench = [0.0, 0.0, push, 0.0, -push * RADIUS, 0.0]
     residuals = bodies.check(disc_claim(wrench, push, gravity=np.zeros((1, 3))))
     np.testing.assert_allclose(residuals.imbalance, 0.0, atol=1e-14)
-    np.testing.assert_allclose(
-        residuals.inertia, MASS * (LENGTH * ACCELERATION + SPEED**2), rtol=1e-14
-    )
+    terms = MASS * (LENGTH * ACCELERATION + SPEED**2)
+    np.testing.assert_allclose(residuals.inertia, terms, rtol=1e-14)
+    # A rotor is a mass along the slide, whose force counts by the length.
+    effort = push + 0.6 * ACCELERATION
+    residuals = with_rotor.check(disc_claim(wrench, effort, gravity=np.zeros((1, 3))))
+    np.testing.assert_allclose(residuals.imbalance, 0.0, atol=1e-14)
+    terms += 0.6 * ACCELERATION * LENGTH
+    np.testing.assert_allclose(residuals.inertia, terms, rtol=1e-14)

@@ -399,7 +399,7 @@ def motion_text(mechanism: Mechanism, x: Array, motion: Array, most: int = _MOST
         first = next(first for first in moving if is_fixed_to(first, index))
         sets.setdefault(first, []).append(names[index])
     ordered = sorted(sets, key=lambda first: -len(sets[first]))
-    texts = [_text(sets[first], origins[first], *twists[first], length) for first in ordered[:most]]
+    texts = [_text(sets[first], origins[first], *tuple(twists[first]), length) for first in ordered[:most]]
     others = sum(len(sets[first]) for first in ordered[most:])
     if others:
         texts.append(f"{others} more {'link' if others == 1 else 'links'} with them")

@@ -17,7 +17,7 @@ import numpy as np
 from ....kit.arrays import Array
 from ...mechanics import closure
 from ...mechanics.bodies import Tree
-from ...mechanics.elimination import MOST_GROWTH, Order, UnsuitableError, chosen, eliminated
+from ...mechanics.elimination import THRESHOLD, Order, UnsuitableError, chosen, eliminated
 from ...mechanics.placements import placed
 from ...mechanics.sample import Roles, passive_rows
 from ...mechanism.kept import Kept
@@ -105,7 +105,7 @@ class Orders:
             with np.errstate(all="ignore"):  # A pivot may vanish at a sample.
                 growth = np.fmin(growth, eliminated(rows, order).growth)
         quarter = -(-len(growth) // 4)
-        least = min(MOST_GROWTH, np.partition(growth, -quarter)[-quarter])
+        least = min(1.0 / THRESHOLD, np.partition(growth, -quarter)[-quarter])
         (worst,) = np.nonzero(growth >= least)
         result = self._chosen(x[:, np.union1d([0], worst) if from_start else worst], scene)
         is_new = result and all(result.order.places != order.places for order in found)
