@@ -104,13 +104,15 @@ def greatest_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
         points[loop.successor].append(loop.successor_placement.translation)
         if loop.predecessor not in welded:
             points[loop.predecessor].append(loop.predecessor_placement.translation)
-    lengths, gyration = [0.0], 0.0
+    lengths, mass, spread = [0.0], 0.0, 0.0
     for body, inertia in enumerate(model.inertias):
         # What has mass in the world does not move.
         if body and body not in welded and inertia.mass > 0.0:
             points[body].append(inertia.lever)
-            spread_of_mass = max(float(np.trace(inertia.inertia)), 0.0) / (2.0 * inertia.mass)
-            gyration = max(gyration, float(np.sqrt(spread_of_mass)))
+            mass += inertia.mass
+            spread += 0.5 * max(float(np.trace(inertia.inertia)), 0.0)
+    # Of all bodies together: that of a rotor with next to no mass says nothing about lengths.
+    gyration = float(np.sqrt(spread / mass)) if mass else 0.0
     # The world's origin may be anywhere, so frames in the world are measured from their middle.
     on_world = np.asarray(points.pop(0))
     if len(on_world):
