@@ -37,10 +37,6 @@ if TYPE_CHECKING:
     )
 
 
-_VANISHING = 1e-150
-"""Mass [kg] below which a lenient reading takes a link as massless: its square is no double."""
-
-
 def reread(description: Description) -> Description:
     """Return a description with the numbers of its text: masses, origins, axes, ratios.
 
@@ -173,7 +169,7 @@ def _with_teeth(coupling: CouplingDescription, element: Element) -> CouplingDesc
 def _link(name: str, element: Element) -> LinkDescription:
     """Return a link with the mass and inertia of its element."""
     inertial = element.find("inertial")
-    if inertial is None or float(_child(inertial, "mass").attrib["value"]) < _VANISHING:
+    if inertial is None:
         return LinkDescription(name)
     frame = _origin(inertial)
     inertia = _child(inertial, "inertia")
@@ -191,8 +187,8 @@ def _joint(joint: JointDescription, element: Element) -> JointDescription:
     """Return a joint with the placement and axes of its element."""
     origin = _origin(element)
     made_universal = joint.type == "universal" and element.get("type") != "universal"
-    stays_fixed = joint.type == "fixed" and not joint.adjustable
-    if stays_fixed or made_universal:
+    has_no_axis = joint.type in ("fixed", "floating") and not joint.adjustable
+    if has_no_axis or made_universal:
         # A file beside the URDF that makes a joint universal states its axes as well.
         return replace(joint, origin=origin)
     axis = _axis(element, "axis")

@@ -239,18 +239,19 @@ def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkD
     if mass_element is None or inertia_element is None:
         raise ModelError(f"{at}: <inertial> needs <mass> and <inertia>; a massless link has none")
     mass = number(mass_element.get("value"), "", f"{at}: mass")
-    if mass == 0.0 and not strict:
-        return LinkDescription(name), f"{at}: mass 0 kg: taken as massless"
-    if mass < LEAST_MASS:
-        raise ModelError(
-            f"{at}: mass {mass:g} kg is not positive; a massless link has no <inertial>"
-            + ("; load(..., strict=False) takes zero for that" if mass == 0.0 else "")
-        )
     moments = (
         number(inertia_element.get(moment), "0", f"{at}: inertia {moment}") for moment in MOMENTS
     )
     tensor = tensor_of(*moments)
+    if mass < LEAST_MASS and (strict or mass):
+        raise ModelError(
+            f"{at}: mass {mass:g} kg is not positive; a massless link has no <inertial>"
+            + ("; load(..., strict=False) accepts it" if mass == 0.0 else "")
+        )
     warning = check_inertia(tensor, at, strict)
+    if mass == 0.0:
+        meaning = "an inertia without mass" if np.any(tensor) else "taken as massless"
+        warning = f"{at}: mass 0 kg: {meaning}" + (f"; {warning}" if warning else "")
     rotation = frame[:3, :3]
     return LinkDescription(name, mass, frame[:3, 3], rotation @ tensor @ rotation.T), warning
 
@@ -280,7 +281,7 @@ def _joint(
     axis = axis_2 = np.array([1.0, 0.0, 0.0])
     if changed.axes:
         axis, axis_2 = changed.axes
-    elif kind != "fixed" or adjustable:
+    elif kind not in ("fixed", "floating") or adjustable:
         axis, axis_2 = axes_of(element, adjustable or kind, at)
     return JointDescription(
         name=name,
@@ -320,9 +321,23 @@ def _limit(element: ElementTree.Element, name: str, at: str) -> float:
 
 
 def _independent(robot: ElementTree.Element, where: str) -> tuple[str, ...]:
-    return tuple(
-        name_of(joint, where) for joint in robot.findall("joint") if _is_independent(joint, where)
-    )
+    """Return names of the joints that are independent, in file order.
+
+    URDF+ takes a joint for independent unless it says otherwise. In URDF joints say nothing, and
+    not every one has a motor: so this holds only where some joint says that it is not.
+    """
+    marks = {name_of(joint, where): joint.get("independent") for joint in robot.findall("joint")}
+    for name, mark in marks.items():
+        if mark is not None and mark.lower() not in ("true", "false"):
+            raise ModelError(
+                f"{where}: joint {name!r}: independent is {mark!r}, expected true or false"
+            )
+    said = {name: mark.lower() == "true" for name, mark in marks.items() if mark is not None}
+    if not all(said.values()):
+        for joint in robot.findall("joint"):
+            if joint.get("type") not in ("fixed", "floating") and joint.find("mimic") is None:
+                said.setdefault(joint.get("name", ""), True)
+    return tuple(name for name in marks if said.get(name))
 
 
 def _motors(robot: ElementTree.Element) -> tuple[str, ...]:
@@ -340,16 +355,6 @@ def _motors(robot: ElementTree.Element) -> tuple[str, ...]:
     return tuple(dict.fromkeys(joint.get("name", "") for joint in driven))
 
 
-def _is_independent(joint: ElementTree.Element, where: str) -> bool:
-    value = joint.get("independent", "false").lower()
-    if value not in ("true", "false"):
-        raise ModelError(
-            f"{where}: joint {joint.get('name')!r}: independent is {value!r}, "
-            "expected true or false"
-        )
-    return value == "true"
-
-
 def coupling(
     element: ElementTree.Element, links: Collection[str], where: str
 ) -> CouplingDescription:
@@ -362,6 +367,10 @@ def coupling(
 
     name = name_of(element, where)
     at = f"{where}: coupling {name!r}"
+    if element.get("type", "rolling") != "rolling":
+        raise ModelError(
+            f"{at}: type {element.get('type')!r} is not supported; it is 'rolling', if it is stated"
+        )
     predecessor, successor = (
         link_of(element, side, links, at) for side in ("predecessor", "successor")
     )
