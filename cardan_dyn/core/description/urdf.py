@@ -34,6 +34,7 @@ from .elements import (
     adjustable_type,
     armature_of,
     axes_of,
+    bound,
     check_size,
     check_unique,
     dynamics_of,
@@ -317,7 +318,7 @@ def _limit(element: ElementTree.Element, name: str, at: str) -> float:
     text = element.get(name)
     if text == _UNLIMITED[name]:
         return float(text)
-    return number(text, "0", f"{at}: limit {name}")
+    return bound(text, -1.0 if name == "lower" else 1.0, "0", f"{at}: limit {name}")
 
 
 def _independent(robot: ElementTree.Element, where: str) -> tuple[str, ...]:

@@ -79,8 +79,8 @@ def load(
             tree.
         strict: refuse what is probably wrong: inertias that no body can have, misspelled words of a
             URDF or SDF file, forces in an MJCF or SDF file that no wrench considers. Many published
-            robots have some: with False they are accepted (also an inertia without mass) and listed in
-            `Mechanism.warnings`. A negative mass is refused in any case.
+            robots have some: with False they are accepted, such as an inertia without mass, and
+            listed in `Mechanism.warnings`. A negative mass is refused in any case.
         closure_tolerance: how far the numbers may be off [rad, or characteristic lengths]; as their
             digits say if None, and that of single precision at least. With zero, all stay as they
             are written.

@@ -61,6 +61,11 @@ def test_joints() -> None:
             '<limit lower="-inf" upper="inf" velocity="inf" effort="7"/>',
             Limits(effort=7.0),
         ),
+        (
+            "revolute",
+            '<limit lower="-1.79769e+308" upper="1.79769e+308" velocity="1e60" effort="7"/>',
+            Limits(effort=7.0),
+        ),
     ],
 )
 def test_limits(kind: str, more: str, limits: Limits) -> None:
