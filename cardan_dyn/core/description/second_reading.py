@@ -37,6 +37,10 @@ if TYPE_CHECKING:
     )
 
 
+_VANISHING = 1e-150
+"""Mass [kg] below which a lenient reading takes it as zero: its square is no double."""
+
+
 def reread(description: Description) -> Description:
     """Return a description with the numbers of its text: masses, origins, axes, ratios.
 
@@ -175,9 +179,10 @@ def _link(name: str, element: Element) -> LinkDescription:
     inertia = _child(inertial, "inertia")
     rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
     tensor = np.array([[float(inertia.get(key, "0")) for key in row] for row in rows])
+    mass = float(_child(inertial, "mass").attrib["value"])
     return LinkDescription(
         name,
-        float(_child(inertial, "mass").attrib["value"]),
+        0.0 if mass < _VANISHING else mass,
         frame[:3, 3],
         np.einsum("ij,jk,lk->il", frame[:3, :3], tensor, frame[:3, :3]),
     )
