@@ -8,6 +8,7 @@ from testkit.linkages import LINK, coupling, gears
 from testkit.scenes import relative
 
 import cardan_dyn as cd
+from cardan_dyn.core.description.write import to_urdf
 
 POSITIONS = np.linspace(-10.0, 10.0, 41)
 
@@ -67,6 +68,35 @@ def test_a_planetary_gear_counts_from_the_nearest_common_ancestor() -> None:
     both = cd.Scene(mechanism, drive=["s", "k"]).sweep([[0.2, 0.5]], speed=[[1.0, 4.0]])
     assert both.motion.velocity("p")[0] == pytest.approx(-1.5 * 1.0 - 4.0)
     assert both.power_residual < 1e-14
+
+
+@pytest.mark.parametrize("mass", ["0", "1e-50", "1e-9", "1"])
+def test_a_rotor_resists_by_its_inertia_however_little_it_weighs(mass: str) -> None:
+    """As in published robots, whose rotors have an inertia and no mass: a = τ / (J + i² j)."""
+    text = f"""<robot name="drive"><link name="base"/>
+<link name="arm"><inertial><origin xyz="0.5 0 0"/><mass value="2"/>
+  <inertia ixx="0.1" iyy="0.3" izz="0.3"/></inertial></link>
+<link name="rotor"><inertial><mass value="{mass}"/>
+  <inertia ixx="0.001" iyy="0.001" izz="0.002"/></inertial></link>
+<joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/>
+  <axis xyz="0 0 1"/></joint>
+<joint name="motor" type="continuous" independent="false"><parent link="base"/><child link="rotor"/>
+  <axis xyz="0 0 1"/></joint>
+<coupling name="gear" type="rolling"><predecessor link="arm"/><successor link="rotor"/>
+  <ratio value="6"/></coupling></robot>"""
+    inertia = 0.3 + 2.0 * 0.5**2 + 6.0**2 * 0.002
+    mechanism = cd.load(text, strict=mass != "0")
+    assert mechanism.characteristic_length < 2.0
+    scene = cd.Scene(mechanism)
+    turn = scene.sweep([0.3], speed=2.0, acceleration=5.0)
+    assert turn.drive_effort == pytest.approx(5.0 * inertia, rel=1e-13)
+    assert turn["motor"].torsion == pytest.approx(6.0 * 5.0 * 0.002, rel=1e-13)
+    assert turn.balance_residual < 1e-14
+    free = cd.Scene(mechanism, free=["hinge"], loads={"hinge": 5.0 * inertia})
+    assert free.simulate(1.0).motion.position("hinge")[-1] == pytest.approx(2.5, rel=1e-9)
+    if mass == "0":
+        again = cd.load(to_urdf(mechanism.description), strict=False)
+        assert again.description.links == mechanism.description.links
 
 
 def test_bad_couplings() -> None:

@@ -65,6 +65,26 @@ def test_what_is_marked_independent_comes_first() -> None:
     assert cd.load(marked).description.independent_joints == ("crank",)
 
 
+def test_what_says_nothing_is_independent_where_another_joint_says_that_it_is_not() -> None:
+    """The default of URDF+; a joint that is fixed, floats or follows has no motor."""
+    chain = robot(
+        joint("base", "floating", "ground a"),
+        *(body(name, 1.0) for name in "abcdef"),
+        joint("one", "continuous", "a b", "", (Z,)),
+        joint("two", "continuous", "a c", "", (Z,)),
+        joint("three", "continuous", "a d", "", (Z,)).replace(
+            "</joint>", '<mimic joint="one"/></joint>'
+        ),
+        joint("four", "fixed", "a e"),
+        joint("five", "continuous", "a f", "", (Z,)),
+    )
+    assert cd.load(chain).independent_joints == ()
+    marked = chain.replace('name="two"', 'name="two" independent="false"')
+    assert cd.load(marked).independent_joints == ("one", "five")
+    both = marked.replace('name="one"', 'name="one" independent="true"')
+    assert cd.load(both).independent_joints == ("one", "five")
+
+
 def test_joints_that_follow_others_are_no_motors() -> None:
     text = robot(
         body("a", 1.0),

@@ -207,3 +207,35 @@ def test_bars_that_are_far_apart_are_no_matter_of_rounding() -> None:
     assert not told(mechanism, "exact")
     with pytest.raises(cd.AssemblyError, match="check the origins"):
         effort(mechanism)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "length", "said"), [("1e-6", 0.5, 1), ("1e-6", 1.0, 0), ("0", 0.5, 0), ("0", 1.0, 0)]
+)
+def test_loops_that_last_digits_may_lock_are_named(tilt: str, length: float, said: int) -> None:
+    """A plate on three parallel rods; where one is shorter, no geometry nearby lets it move."""
+    hinge = '<axis xyz="0 0 1"/>'
+    text = "".join(
+        f'<joint name="{name}" type="continuous"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{place}"/>{hinge}</joint>'
+        for name, parent, child, place in (
+            ("a", "ground", "one", "0 0 0"),
+            ("b", "one", "plate", "0 1 0"),
+            ("c", "ground", "two", "1 0 0"),
+            ("d", "ground", "three", f"2 {1.0 - length} 0"),
+        )
+    ) + "".join(
+        f'<loop name="{name}" type="continuous"><predecessor link="plate" xyz="{on_plate}"/>'
+        f'<successor link="{rod}" xyz="{on_rod}"/>{hinge}</loop>'
+        for name, rod, on_plate, on_rod in (
+            ("e", "two", "1 0 0", "0 1 0"),
+            ("f", "three", f"{2.0 + float(tilt)!r} 0 0", f"{tilt} {length} 0"),
+        )
+    )
+    links = "".join(f'<link name="{name}"/>' for name in ("ground", "one", "plate", "two", "three"))
+    mechanism = cd.load(f'<robot name="plate">{links}{text}</robot>')
+    warnings = [warning for warning in mechanism.warnings if "last digits" in warning]
+    assert len(warnings) == said
+    for warning in warnings:
+        assert "all that keeps e, f from moving" in warning
+    assert cd.describe(mechanism).mobility == (length == 1.0)

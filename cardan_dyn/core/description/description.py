@@ -63,7 +63,7 @@ class LinkDescription(Value):
 
     Attributes:
         name: its name.
-        mass: [kg]; 0 for a massless link.
+        mass: [kg]; 0 for a massless link, and for a rotor that is given by its inertia alone.
         centre: `(3,)` centre of mass in the link's frame [m].
         inertia: `(3, 3)` about the centre, in the link's axes [kg·m²].
     """
@@ -72,6 +72,11 @@ class LinkDescription(Value):
     mass: float = 0.0
     centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
     inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
+
+    @property
+    def is_massless(self) -> bool:
+        """Whether it has neither mass nor inertia."""
+        return self.mass == 0.0 and not np.any(self.inertia)
 
     def __repr__(self) -> str:
         return f"<LinkDescription {self.name!r}: {self.mass:g} kg>"
@@ -557,7 +562,7 @@ def shown_ratio(ratio: float, offset: float) -> str:
 
 def _of_link(link: LinkDescription) -> tuple[str, ...]:
     """Return the columns that a summary shows of a link."""
-    if link.mass == 0.0:
+    if link.is_massless:
         return link.name, "massless"
     return link.name, f"{link.mass:g} kg", f"centre {_vector(link.centre)} m"
 

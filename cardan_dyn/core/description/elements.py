@@ -100,7 +100,16 @@ def xml_root(source: str | bytes, where: str) -> tuple[ElementTree.Element, str]
         if isinstance(source, bytes) and codecs.lookup(encoding).name in _MULTIBYTE:
             source = source.decode(encoding)
             is_external = _prolog(source)[1]
-        root = ElementTree.fromstring(source)
+        try:
+            root = ElementTree.fromstring(source)
+        except ElementTree.ParseError:
+            # Gazebo, ROS and MuJoCo read comments with "--" in them, and blanks ahead of it all.
+            with suppress(ElementTree.ParseError, ValueError, LookupError):
+                text = source if isinstance(source, str) else source.decode(encoding)
+                text = re.sub("<!--.*?-->", "", text, flags=re.DOTALL).strip()
+                ElementTree.fromstring(text)
+                source = text
+            root = ElementTree.fromstring(source)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         hint = ""
         if isinstance(source, bytes) and not source.isascii():
@@ -289,14 +298,16 @@ def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
     return np.array(_numbers(text, count, default, at))
 
 
-def _numbers(text: str | None, count: int, default: str, at: str) -> list[float]:
+def _numbers(
+    text: str | None, count: int, default: str, at: str, greatest: float = GREATEST
+) -> list[float]:
     """Return what an attribute lists, see `numbers`."""
     stated = default if text is None else text
     values = []
     # Written with few calls: a description has hundreds of attributes.
     for word in stated.split() if _NUMBERS.fullmatch(stated) else ():
         value = float(word)
-        if not -GREATEST <= value <= GREATEST:
+        if not -greatest <= value <= greatest:
             raise ModelError(
                 f"{at}: {text!r} is beyond {GREATEST:.0e}; choose units in which numbers are not "
                 "so far from 1"
@@ -316,6 +327,15 @@ def words(values: Iterable[float]) -> str:
 def number(text: str | None, default: str, at: str) -> float:
     """Return the number that an attribute states, see `numbers`."""
     return _numbers(text, 1, default, at)[0]
+
+
+def bound(text: str | None, sign: float, default: str, at: str) -> float:
+    """Return the number that a limit states, see `numbers`; `sign` times infinite beyond them.
+
+    SDFormat writes the greatest double where there is no limit.
+    """
+    value = _numbers(text, 1, default, at, math.inf)[0]
+    return sign * math.inf if sign * value > GREATEST else number(text, default, at)
 
 
 def at_point(point: np.ndarray) -> np.ndarray:

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 _VANISHING = 1e-150
-"""Mass [kg] below which a lenient reading takes a link as massless: its square is no double."""
+"""Mass [kg] below which a lenient reading takes it as zero: its square is no double."""
 
 
 def reread(description: Description) -> Description:
@@ -173,15 +173,16 @@ def _with_teeth(coupling: CouplingDescription, element: Element) -> CouplingDesc
 def _link(name: str, element: Element) -> LinkDescription:
     """Return a link with the mass and inertia of its element."""
     inertial = element.find("inertial")
-    if inertial is None or float(_child(inertial, "mass").attrib["value"]) < _VANISHING:
+    if inertial is None:
         return LinkDescription(name)
     frame = _origin(inertial)
     inertia = _child(inertial, "inertia")
     rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
     tensor = np.array([[float(inertia.get(key, "0")) for key in row] for row in rows])
+    mass = float(_child(inertial, "mass").attrib["value"])
     return LinkDescription(
         name,
-        float(_child(inertial, "mass").attrib["value"]),
+        0.0 if mass < _VANISHING else mass,
         frame[:3, 3],
         np.einsum("ij,jk,lk->il", frame[:3, :3], tensor, frame[:3, :3]),
     )
@@ -191,8 +192,8 @@ def _joint(joint: JointDescription, element: Element) -> JointDescription:
     """Return a joint with the placement and axes of its element."""
     origin = _origin(element)
     made_universal = joint.type == "universal" and element.get("type") != "universal"
-    stays_fixed = joint.type == "fixed" and not joint.adjustable
-    if stays_fixed or made_universal:
+    has_no_axis = joint.type in ("fixed", "floating") and not joint.adjustable
+    if has_no_axis or made_universal:
         # A file beside the URDF that makes a joint universal states its axes as well.
         return replace(joint, origin=origin)
     axis = _axis(element, "axis")

@@ -34,6 +34,7 @@ from .elements import (
     adjustable_type,
     armature_of,
     axes_of,
+    bound,
     check_size,
     check_unique,
     dynamics_of,
@@ -207,18 +208,19 @@ def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkD
     if mass_element is None or inertia_element is None:
         raise ModelError(f"{at}: <inertial> needs <mass> and <inertia>; a massless link has none")
     mass = number(mass_element.get("value"), "", f"{at}: mass")
-    if mass == 0.0 and not strict:
-        return LinkDescription(name), f"{at}: mass 0 kg: taken as massless"
-    if mass < LEAST_MASS:
-        raise ModelError(
-            f"{at}: mass {mass:g} kg is not positive; a massless link has no <inertial>"
-            + ("; load(..., strict=False) takes zero for that" if mass == 0.0 else "")
-        )
     moments = [
         number(inertia_element.get(moment), "0", f"{at}: inertia {moment}") for moment in MOMENTS
     ]
     tensor = tensor_of(*moments)
+    if mass < LEAST_MASS and (strict or mass):
+        raise ModelError(
+            f"{at}: mass {mass:g} kg is not positive; a massless link has no <inertial>"
+            + ("; load(..., strict=False) accepts it" if mass == 0.0 else "")
+        )
     warning = check_inertia(tensor, at, strict)
+    if mass == 0.0:
+        meaning = "an inertia without mass" if np.any(tensor) else "taken as massless"
+        warning = f"{at}: mass 0 kg: {meaning}" + (f"; {warning}" if warning else "")
     rotation = frame[:3, :3]
     return LinkDescription(name, mass, frame[:3, 3], rotation @ tensor @ rotation.T), warning
 
@@ -248,7 +250,7 @@ def _joint(
     axis = axis_2 = np.array([1.0, 0.0, 0.0])
     if changed.axes:
         axis, axis_2 = changed.axes
-    elif kind != "fixed" or adjustable:
+    elif kind not in ("fixed", "floating") or adjustable:
         axis, axis_2 = axes_of(element, adjustable or kind, at)
     return JointDescription(
         name=name,
@@ -273,28 +275,38 @@ def _limits(element: ElementTree.Element, kind: str, at: str) -> Limits:
     limit = only(element, "limit", at)
     if limit is None:
         return Limits()
-    values = {}
-    for name in ("velocity", "effort") if kind == "continuous" else _UNLIMITED:
-        text = limit.get(name)
-        if text == _UNLIMITED[name]:
-            values[name] = float(text)
-        else:
-            values[name] = number(text, "0", f"{at}: limit {name}")
-    return Limits(**values)
+    velocity, effort = _limit(limit, "velocity", at), _limit(limit, "effort", at)
+    if kind == "continuous":
+        return Limits(velocity=velocity, effort=effort)
+    return Limits(_limit(limit, "lower", at), _limit(limit, "upper", at), velocity, effort)
+
+
+def _limit(element: ElementTree.Element, name: str, at: str) -> float:
+    """Return a limit of a joint; infinite where it says so."""
+    text = element.get(name)
+    if text == _UNLIMITED[name]:
+        return float(text)
+    return bound(text, -1.0 if name == "lower" else 1.0, "0", f"{at}: limit {name}")
 
 
 def _independent(robot: ElementTree.Element, where: str) -> tuple[str, ...]:
-    driven = []
-    for joint in robot.findall("joint"):
-        value = joint.get("independent", "false").lower()
-        if value not in ("true", "false"):
+    """Return names of the joints that are independent, in file order.
+
+    URDF+ takes a joint for independent unless it says otherwise. In URDF joints say nothing, and
+    not every one has a motor: so this holds only where some joint says that it is not.
+    """
+    marks = {name_of(joint, where): joint.get("independent") for joint in robot.findall("joint")}
+    for name, mark in marks.items():
+        if mark is not None and mark.lower() not in ("true", "false"):
             raise ModelError(
-                f"{where}: joint {joint.get('name')!r}: independent is {value!r}, expected true or "
-                "false"
+                f"{where}: joint {name!r}: independent is {mark!r}, expected true or false"
             )
-        if value == "true":
-            driven.append(name_of(joint, where))
-    return tuple(driven)
+    said = {name: mark.lower() == "true" for name, mark in marks.items() if mark is not None}
+    if not all(said.values()):
+        for joint in robot.findall("joint"):
+            if joint.get("type") not in ("fixed", "floating") and joint.find("mimic") is None:
+                said.setdefault(joint.get("name", ""), True)
+    return tuple(name for name in marks if said.get(name))
 
 
 def _motors(robot: ElementTree.Element) -> tuple[str, ...]:
@@ -322,6 +334,10 @@ def coupling(
 
     name = name_of(element, where)
     at = f"{where}: coupling {name!r}"
+    if element.get("type", "rolling") != "rolling":
+        raise ModelError(
+            f"{at}: type {element.get('type')!r} is not supported; it is 'rolling', if it is stated"
+        )
     predecessor, successor = (
         link_of(element, side, links, at) for side in ("predecessor", "successor")
     )

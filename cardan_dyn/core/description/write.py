@@ -185,9 +185,7 @@ def _in_order_of_drives(description: Description) -> list[JointDescription]:
 
 def _write_link(robot: Element, link: LinkDescription) -> None:
     element = SubElement(robot, "link", name=link.name)
-    if link.mass == 0.0:
-        if np.any(link.inertia):
-            raise ModelError(f"link {link.name!r}: an inertia without a mass cannot be written")
+    if link.is_massless:
         return
     inertial = SubElement(element, "inertial")
     SubElement(inertial, "origin", xyz=words(link.centre))

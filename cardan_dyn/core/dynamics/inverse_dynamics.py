@@ -275,7 +275,7 @@ class InverseDynamics:
         bodies = {body for item in kinematics.solvers for body in item.group.inertial_bodies}
         bodies -= {index - 1 for index in mechanism.auxiliary_bodies}
         self.has_mass = any(mechanism.model.armature) or any(
-            mechanism.model.inertias[body + 1].mass > 0.0 for body in bodies
+            mechanism.model.inertias[body + 1].toDynamicParameters().any() for body in bodies
         )
 
     @property

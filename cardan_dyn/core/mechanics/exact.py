@@ -29,7 +29,7 @@ import pinocchio
 from ...kit.arrays import EPS, Array, generic
 from ...kit.checks import described as told
 from ...kit.checks import flag, number
-from ...kit.errors import ArgumentError
+from ...kit.errors import ArgumentError, choices
 from ..description.description import IDENTITY
 from ..description.description import ROUNDING as _CLOSED
 from ..description.read import read
@@ -80,8 +80,8 @@ def load(
             tree.
         strict: refuse what is probably wrong: inertias that no body can have, misspelled words of a
             URDF or SDF file, forces in an MJCF or SDF file that no wrench considers. Many published
-            robots have some: with False they are accepted (a mass of zero as no mass) and listed in
-            `Mechanism.warnings`. A negative mass is refused in any case.
+            robots have some: with False they are accepted, such as an inertia without mass, and
+            listed in `Mechanism.warnings`. A negative mass is refused in any case.
         closure_tolerance: how far the numbers may be off [rad, or characteristic lengths]; as their
             digits say if None, and that of single precision at least. With zero, all stay as they
             are written.
@@ -151,16 +151,25 @@ def made(description: Description, closure_tolerance: float | None) -> Mechanism
         stated = max(precision.angle, precision.length / length, _SINGLE_PRECISION)
         tolerance = min(stated, _MOST_ROUNDED)
     displacements: dict[tuple[str, bool], Array] = {}
-    greatest = 0.0
+    greatest, held = 0.0, list[str]()
     for part in doubtful:
+        is_held = part.is_held(_LEVERS * tolerance)  # Asked before it is displaced.
         nearest = part.made_exact(_LEVERS * tolerance)
         if nearest is None and tolerance < _MOST_ROUNDED:
             nearest = part.made_exact(_LEVERS * _MOST_ROUNDED)  # Only to be told of.
         if nearest is not None:
             displacements |= nearest.displacements
             greatest = max(greatest, nearest.greatest)
+        elif is_held:
+            held += part.loops
+    if held:
+        remedy = (
+            f"the last digits of its numbers may be all that keeps {choices(held)} from moving; "
+            "no exact geometry was found beside them: write more digits"
+        )
+        description = replace(description, remedy=remedy)
     if not displacements:
-        return described
+        return Mechanism(description) if held else described
     displaced = description.displaced(displacements)
     if greatest <= tolerance:
         return Mechanism(displaced)
@@ -285,8 +294,8 @@ class _Chain:
             for name, joint in mechanism.joints.items()
             if joint.parts and joint.parts[0].id - 1 in on_loops
         ]
-        self._ends = [mechanism.loops[index].joint for index in loops]
-        count = len(self._frames) + len(self._ends)
+        self.loops = [mechanism.loops[index].joint for index in loops]
+        count = len(self._frames) + len(self.loops)
         self.displacements = [pinocchio.SE3.Identity() for _ in range(count)]
         scaled = mechanism.zero / self._tree.coordinate_units(len(mechanism.zero))
         self._zero = {column: np.array([value]) for column, value in enumerate(scaled.tolist())}
@@ -344,6 +353,12 @@ class _Chain:
         here = self.closed(self._zero, None, _CLOSED)
         in_doubt = (here.sizes > _CLOSED) & (here.sizes < tolerance)
         return bool(here.error[0] <= _CLOSED and not in_doubt.any())
+
+    def is_held(self, tolerance: float) -> bool:
+        """Return whether loops close at zero by an equation independent by less than so much."""
+        here = self.at(self._zero)
+        in_doubt = (here.sizes > _CLOSED) & (here.sizes < tolerance)
+        return bool(here.error[0] <= _CLOSED and in_doubt.any())
 
     def made_exact(self, tolerance: float) -> Nearest | None:
         """Return the nearest exact geometry; None if there is none around."""
@@ -470,7 +485,7 @@ class _Chain:
 
     def _nearest(self) -> Nearest:
         """Return what was changed."""
-        names = [(name, False) for name, _ in self._frames] + [(name, True) for name in self._ends]
+        names = [(name, False) for name, _ in self._frames] + [(name, True) for name in self.loops]
         displacements, greatest = {}, 0.0
         for name, item in zip(names, self.displacements, strict=True):
             vector = pinocchio.log6(item).vector

@@ -333,13 +333,14 @@ def merged(described: dict[str, LinkDescription], placements: dict[str, Array]) 
     links = [
         (described[name], placement)
         for name, placement in placements.items()
-        if described[name].mass
+        if not described[name].is_massless
     ]
     mass = float(sum(link.mass for link, _ in links))
     points = [placement[:3, :3] @ link.centre + placement[:3, 3] for link, placement in links]
     centre = np.zeros(3)
     for (link, _), point in zip(links, points, strict=True):
-        centre = centre + link.mass / mass * point
+        if link.mass:
+            centre = centre + link.mass / mass * point
     inertia = np.zeros((3, 3))
     for (link, placement), point in zip(links, points, strict=True):
         arm = point - centre

@@ -180,7 +180,7 @@ class TreeBuilder:
         total = pinocchio.Inertia.Zero()
         for name, placement in body.links.items():
             link = self._masses[name]
-            if link.mass > 0.0:
+            if not link.is_massless:
                 inertia = _inertia(link.mass, link.centre, link.inertia)
                 total = total + se3(placement).act(inertia)
         return total

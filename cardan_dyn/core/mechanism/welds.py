@@ -88,7 +88,7 @@ def greatest_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
     # What carries the joint of a loop to its successor is that one once more.
     welded = {loop.predecessor for loop in loops if model.names[loop.predecessor] == loop.joint}
     points: list[list[Array]] = [[] for _ in range(model.njoints)]
-    lengths, gyration = [0.0], 0.0
+    lengths = [0.0]
     for body, parent in enumerate(model.parents):
         if body:
             points[parent].append(model.jointPlacements[body].translation)
@@ -98,12 +98,15 @@ def greatest_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
         points[loop.successor].append(loop.successor_placement.translation)
         if loop.predecessor not in welded:
             points[loop.predecessor].append(loop.predecessor_placement.translation)
+    mass, spread = 0.0, 0.0
     for body, inertia in enumerate(model.inertias):
         # What has mass in the world does not move.
         if body and body not in welded and inertia.mass > 0.0:
             points[body].append(inertia.lever)
-            spread_of_mass = max(inertia.inertia.trace(), 0.0) / (2.0 * inertia.mass)
-            gyration = max(gyration, math.sqrt(spread_of_mass))
+            mass += inertia.mass
+            spread += 0.5 * max(inertia.inertia.trace(), 0.0)
+    # Of all bodies together: that of a rotor with next to no mass says nothing about lengths.
+    gyration = math.sqrt(spread / mass) if mass else 0.0
     for body, in_body in enumerate(points):
         if in_body:
             placed = np.array(in_body)

@@ -400,8 +400,12 @@ def _rotors(description: Description, coordinates: Coordinates) -> dict[int, flo
 
 
 def _massive(bodies: Mapping[int, RigidBody]) -> dict[int, Massive]:
-    """Return those bodies that have mass, by their index."""
-    return {index: Massive.of(body) for index, body in bodies.items() if body.mass > 0.0}
+    """Return those bodies that have mass or inertia, by their index."""
+    return {
+        index: Massive.of(body)
+        for index, body in bodies.items()
+        if body.mass > 0.0 or np.any(body.inertia)
+    }
 
 
 def _power_along(efforts: Scalars, rates: Scalars) -> Scalar:

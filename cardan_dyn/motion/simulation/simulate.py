@@ -62,7 +62,7 @@ def _has_mass(solver: ProblemSolver) -> bool:
     """Return whether anything that moves has inertia, whatever the outputs of the scene need."""
     mechanism = solver.problem.mechanism
     return any(mechanism.model.armature) or any(
-        inertia.mass > 0.0 and body not in mechanism.auxiliary_bodies
+        inertia.toDynamicParameters().any() and body not in mechanism.auxiliary_bodies
         for body, inertia in enumerate(mechanism.model.inertias)
         if body
     )

@@ -132,7 +132,7 @@ CASES = {
     ),
     "a mass of zero": Case(
         robot(LINKS, OPEN).replace('<mass value="1"/>', '<mass value="0"/>', 1),
-        r"load\(..., strict=False\) takes zero",
+        r"load\(..., strict=False\) accepts it",
         "",
         3,
         {"strict": False},

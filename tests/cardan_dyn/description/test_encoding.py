@@ -122,3 +122,24 @@ def test_included_files_have_their_own_encodings(tmp_path: Path) -> None:
     main = tmp_path / "main.xml"
     main.write_bytes('<mujoco model="ß"><include file="part.xml"/></mujoco>'.encode("utf-16"))
     assert "Körper" in cd.load(main).links
+
+
+@pytest.mark.parametrize("as_file", [False, True])
+def test_comments_that_xml_forbids_and_gazebo_reads(as_file: bool, tmp_path: Path) -> None:
+    """Its own worlds show calls with `--option` in comments, and begin with an empty line."""
+    plain = '<robot name="x"><link name="a"/>{}</robot>'
+    text = "\n" + plain.format('<!-- gz topic --help\n --> <link name="b"/><!-- x -- y -->')
+    joint = (
+        '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>'
+        "<!-- gz sim -v --></robot>"
+    )
+    source: str | Path = text.replace("</robot>", joint)
+    if as_file:
+        path = tmp_path / "robot.urdf"
+        path.write_text(str(source), encoding="utf-8")
+        source = path
+    mechanism = cd.load(source)
+    assert [link.name for link in mechanism.description.links] == ["a", "b"]
+    assert cd.Mechanism(mechanism.description).description == mechanism.description
+    with pytest.raises(cd.ModelError, match="malformed XML"):
+        cd.load(text.replace('<link name="b"/>', "<link name=b/>"))

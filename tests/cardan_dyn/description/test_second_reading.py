@@ -89,10 +89,11 @@ def test_attributes_that_are_not_stated_have_their_defaults() -> None:
 
 
 @pytest.mark.parametrize("mass", ["0", "1e-320"])
-def test_a_mass_of_zero_is_a_massless_link(mass: str) -> None:
+def test_a_mass_of_zero_leaves_the_inertia(mass: str) -> None:
     urdf = f"""<robot name="r"><link name="a"><inertial><origin xyz="1 2 3"/><mass value="{mass}"/>
     <inertia ixx="1" iyy="1" izz="1"/></inertial></link></robot>"""
     assert reread(disturbed(read(urdf, strict=False))) == read(urdf, strict=False)
+    assert read(urdf, strict=False).links[0].inertia.tolist() == np.eye(3).tolist()
 
 
 ISAAC = (

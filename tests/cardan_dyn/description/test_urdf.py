@@ -61,6 +61,11 @@ def test_joints() -> None:
             '<limit lower="-inf" upper="inf" velocity="inf" effort="7"/>',
             Limits(effort=7.0),
         ),
+        (
+            "revolute",
+            '<limit lower="-1.79769e+308" upper="1.79769e+308" velocity="1e60" effort="7"/>',
+            Limits(effort=7.0),
+        ),
     ],
 )
 def test_limits(kind: str, more: str, limits: Limits) -> None:
@@ -130,11 +135,17 @@ def test_couplings() -> None:
 
 def test_a_mass_of_zero() -> None:
     text = ROBOT.format(**PLAIN).replace('mass value="4"', 'mass value="0"')
-    with pytest.raises(cd.ModelError, match=r"mass 0 kg is not positive.*strict=False\) takes"):
+    with pytest.raises(cd.ModelError, match=r"mass 0 kg is not positive.*strict=False\) accepts"):
         parse(fromstring(text), "x", None, True)
     description = parse(fromstring(text), "x", None, False)
-    assert description.links[1].mass == 0.0
-    assert not np.any(description.links[1].inertia)
+    rotor = description.links[1]
+    assert rotor.mass == 0.0
+    heavy = parse(fromstring(ROBOT.format(**PLAIN)), "x", None, True).links[1]
+    np.testing.assert_array_equal(rotor.inertia, heavy.inertia)
+    assert description.warnings == ("x: link 'b': mass 0 kg: an inertia without mass",)
+    start, end = text.index("<inertia "), text.index("/>", text.index("<inertia "))
+    description = parse(fromstring(text[:start] + "<inertia" + text[end:]), "x", None, False)
+    assert description.links[1].is_massless
     assert description.warnings == ("x: link 'b': mass 0 kg: taken as massless",)
 
 

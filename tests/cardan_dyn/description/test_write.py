@@ -293,13 +293,6 @@ BAD = {
         plain((joint("j", "continuous", "a", "b", limits=Limits(-1.0)),)),
         "joint 'j': a continuous joint has no limits of position",
     ),
-    "inertia alone": (
-        replace(
-            plain((joint("j", "fixed", "a", "b"),)),
-            links=(LinkDescription("a", 0.0, X, np.eye(3)), LinkDescription("b")),
-        ),
-        "link 'a': an inertia without a mass",
-    ),
     "drive": (
         plain((joint("j", "fixed", "a", "b"),), independent_joints=("k",)),
         "independent joints that are no joints of the tree: k; joints: j",
@@ -313,12 +306,16 @@ def test_what_cannot_be_written(description: Description, message: str) -> None:
         to_urdf(description)
 
 
-def test_inertias_that_no_body_can_have_stay() -> None:
-    link = LinkDescription("b", 1.0, X, np.diag([1.0, 1.0, 5.0]))
+@pytest.mark.parametrize(
+    ("mass", "moment", "message"),
+    [(1.0, 5.0, "triangle inequality"), (0.0, 1.0, "mass 0 kg is not positive")],
+)
+def test_inertias_that_no_body_can_have_stay(mass: float, moment: float, message: str) -> None:
+    link = LinkDescription("b", mass, X, np.diag([1.0, 1.0, moment]))
     description = replace(
         plain((joint("j", "fixed", "a", "b"),)), links=(LinkDescription("a"), link)
     )
-    with pytest.raises(cd.ModelError, match="triangle inequality"):
+    with pytest.raises(cd.ModelError, match=message):
         read(to_urdf(description))
     assert read(to_urdf(description), strict=False) == description
 

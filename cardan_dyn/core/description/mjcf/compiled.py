@@ -171,6 +171,7 @@ def _without_meshes(spec: Any, shown: bool) -> Iterator[tuple[Any, MeshGeom]]:
             continue
         has_mass = geom.mass > 0.0 if np.isfinite(geom.mass) else geom.density > 0.0
         is_asked = weighed == always or (weighed != never and not geom.parent.explicitinertial)
+        is_asked &= geom.parent.name != "world"  # It never moves.
         if not shown and has_mass and is_asked and first <= geom.group <= last:
             kept.add(asset.name)
             continue

@@ -27,7 +27,7 @@ from ..description import (
     LoopDescription,
 )
 from ..elements import GREATEST, SINGLE_TYPES, armature, at_point, check_size, unique
-from ..left_out import dynamics_left_out, forces_left_out
+from ..left_out import dynamics_left_out, forces_left_out, line_of
 from .compiled import Compiled, compiled, placement
 
 _TYPES = ("floating", "spherical", "prismatic", "revolute")
@@ -65,6 +65,9 @@ def parse(text: str, name: str | None, where: str, path: Path | None, strict: bo
     loops, couplings = reader.equalities()
     left_out = dynamics_left_out(joints, where)
     left_out += forces_left_out(list(reader.forces()), where, strict)
+    slack = line_of(where, "limits", reader.limited_tendons(), "they couple nothing", "tendon")
+    if slack:
+        left_out.append(slack)
     return Description(
         name=name or "mechanism",
         links=tuple(reader.links),
@@ -263,6 +266,11 @@ class _Reader:
                 yield from _stated(what, first, *more)
         if is_single:
             yield from _stated("springyield", model.jnt_springyield[index])
+
+    def limited_tendons(self) -> list[str]:
+        """Return the names of tendons that stop where they are too long or too short."""
+        limited = np.flatnonzero(self._model.tendon_limited)
+        return [self._name("TENDON", index) or str(index + 1) for index in limited.tolist()]
 
     def forces(self) -> Iterator[str]:
         """Yield what joints, bodies, fluids, tendons, actuators and flexes exert beside that."""

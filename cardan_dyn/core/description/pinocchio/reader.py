@@ -156,7 +156,7 @@ class _Reader:
         at = f"{self._where}: link {name!r}"
         if inertia.mass == 0.0 and not inertia.inertia.any():
             return LinkDescription(name)
-        if not inertia.mass >= LEAST_MASS:
+        if not inertia.mass >= LEAST_MASS and (self._strict or inertia.mass != 0.0):
             raise ModelError(f"{at}: mass {inertia.mass:g} kg is not positive")
         warning = check_inertia(np.array(inertia.inertia), at, self._strict)
         if warning:

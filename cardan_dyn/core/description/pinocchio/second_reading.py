@@ -77,12 +77,10 @@ class _Placed:
     def link(self, index: int, link: LinkDescription) -> LinkDescription:
         """Return a link with its mass, from moments about the joint."""
         mass, *values = self.model.inertias[index].toDynamicParameters()
-        if mass == 0.0:
-            return LinkDescription(link.name)
         first = np.array(values[:3])
         xx, xy, yy, xz, yz, zz = values[3:]
         about_joint = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        centre = first / mass
+        centre = first / mass if mass else first
         about_centre = about_joint - (centre @ first) * np.eye(3) + np.outer(centre, first)
         to_link = np.linalg.solve(self.links[index], self.joints[index])
         turn = to_link[:3, :3]

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....kit.arrays import Array
 from ....kit.errors import ModelError
-from ..elements import numbers, only, rotation, rotation_of_quaternion
+from ..elements import bound, numbers, only, rotation, rotation_of_quaternion
 
 _WORDS = {"true": True, "1": True, "false": False, "0": False}
 """Truth values, in small letters."""
@@ -62,7 +62,7 @@ def limit(element: ElementTree.Element, tag: str, sign: float, at: str) -> float
     value = text(element, tag, "", at)
     if value.lower() in _NO_LIMIT[sign]:
         return sign * math.inf
-    found = float(numbers(value, 1, "", f"{at}: limit {tag}")[0])
+    found = bound(value, sign, "", f"{at}: limit {tag}")
     is_negative_rate = tag in ("effort", "velocity") and found < 0.0
     return sign * math.inf if sign * found >= _UNLIMITED or is_negative_rate else found
 

@@ -235,15 +235,15 @@ class _Reader:
         """Return a link with the mass and inertia of an `<inertial>` whose frame is given."""
         mass = number(inertial, "mass", "1", at)
         tensor = self._tensor(inertial, at)
-        if mass == 0.0 and (not self._strict or not np.any(tensor)):
-            if np.any(tensor):
-                self._warnings.append(f"{at}: mass 0 kg with an inertia: taken as massless")
+        if mass == 0.0 and not np.any(tensor):
             return LinkDescription(name)
-        if mass < LEAST_MASS:
+        if mass < LEAST_MASS and (self._strict or mass):
             raise ModelError(
                 f"{at}: mass {mass:g} kg is not positive; a massless link has moments of zero, too"
-                + ("; load(..., strict=False) takes zero for that" if mass == 0.0 else "")
+                + ("; load(..., strict=False) accepts it" if mass == 0.0 else "")
             )
+        if mass == 0.0:
+            self._warnings.append(f"{at}: mass 0 kg: an inertia without mass")
         warning = check_inertia(tensor, at, self._strict)
         if warning:
             self._warnings.append(warning)

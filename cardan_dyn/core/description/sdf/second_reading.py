@@ -222,8 +222,6 @@ def _link(name: str, element: Element) -> LinkDescription:
     if inertial.get("auto", "").strip().lower() in ("true", "1"):
         return _solid(name, element, float(_word(inertial, "density") or 1000.0))
     mass = float(_word(inertial, "mass") or 1.0)
-    if mass == 0.0:
-        return LinkDescription(name)
     frame = _matrix(inertial.find("pose"))
     inertia = inertial.find("inertia")
     tensor = np.eye(3)

@@ -156,6 +156,15 @@ TENDONS = """<mujoco><worldbody><body name="b"><inertial pos=".1 0 0" mass="1"
   <joint joint="k" coef="5"/></fixed></tendon><equality>{}</equality></mujoco>"""
 
 
+def test_limited_tendons_are_said_to_couple_nothing() -> None:
+    """Limits of nothing but a thousandth are a gear to MuJoCo, whose limits are soft."""
+    text = TENDONS.format("")
+    assert not any("tendon" in warning for warning in cd.load(text).warnings)
+    limited = text.replace('<fixed name="s">', '<fixed name="s" limited="true" range="-.001 .001">')
+    (said,) = (warning for warning in cd.load(limited).warnings if "tendon" in warning)
+    assert said.endswith("limits of 1 tendon (s) left out: they couple nothing")
+
+
 @pytest.mark.parametrize(
     ("equality", "ratio", "offset"),
     [

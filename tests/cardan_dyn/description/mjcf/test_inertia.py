@@ -140,6 +140,11 @@ def test_meshes_that_give_no_mass_need_no_file(tmp_path: Path) -> None:
         read(of_body(without, head=asset))
     with pytest.raises(cd.ModelError, match=r"nowhere\.stl"):
         read(of_body(geom.format(""), head=asset))
+    # What stands still has no inertia to be asked for, and robots without a floating base stand so.
+    still = '<worldbody><geom type="mesh" mesh="m"/>'
+    heavy = of_body("<joint/>" + INERTIAL.format("1 2 3"), head=asset)
+    assert heavy.count("<worldbody>") == 1
+    read(heavy.replace("<worldbody>", still))
 
 
 def test_a_point_mass_is_said() -> None:

@@ -49,6 +49,8 @@ def test_flag() -> None:
         ("upper", 1.0, "inf", math.inf),
         ("upper", 1.0, "1e16", math.inf),
         ("upper", 1.0, "-1e16", -1e16),
+        ("upper", 1.0, "1.79769e+308", math.inf),
+        ("lower", -1.0, "-1.79769e+308", -math.inf),
         ("lower", -1.0, "-INF", -math.inf),
         ("lower", -1.0, "-1e+16", -math.inf),
         ("lower", -1.0, "-3", -3.0),
@@ -63,7 +65,7 @@ def test_limit(tag: str, sign: float, word: str, found: float) -> None:
 
 def test_limits_that_are_none() -> None:
     assert limit(element(""), "lower", -1.0, "at") == -math.inf
-    for word in ("-inf", "nan", "much"):
+    for word in ("-inf", "nan", "much", "-1.79769e+308"):
         with pytest.raises(cd.ModelError, match="at: limit upper"):
             limit(element(f"<upper>{word}</upper>"), "upper", 1.0, "at")
 

@@ -59,8 +59,8 @@ def test_masses_of_zero() -> None:
     with pytest.raises(cd.ModelError, match="mass 0 kg is not positive; a massless link has"):
         read(text.format(1))
     accepted = read(text.format(1), strict=False)
-    assert accepted.links[1].mass == 0.0
-    assert "mass 0 kg with an inertia: taken as massless" in accepted.warnings[0]
+    assert (accepted.links[1].mass, accepted.links[1].inertia.tolist()) == (0.0, np.eye(3).tolist())
+    assert "mass 0 kg: an inertia without mass" in accepted.warnings[0]
 
 
 def test_inertias_that_no_body_can_have() -> None:
