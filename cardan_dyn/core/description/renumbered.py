@@ -53,3 +53,17 @@ def link_in(name: str, mass: float, frame: Array, tensor: Array) -> LinkDescript
     """Return a link, from the `(4, 4)` frame at its centre and the inertia in its axes."""
     inertia = np.einsum("ij,jk,lk->il", frame[:3, :3], tensor, frame[:3, :3])
     return LinkDescription(name, mass, frame[:3, 3], inertia)
+
+
+def link_of(name: str, parameters: Array, frame: Array) -> LinkDescription:
+    """Return a link with mass by Pinocchio's dynamic parameters `(10,)`, as seen in a frame of it.
+
+    They are mass, first and second moments about the `(4, 4)` frame.
+    """
+    mass, first, (xx, xy, yy, xz, yz, zz) = parameters[0], parameters[1:4], parameters[4:]
+    centre = first / mass
+    about_frame = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    tensor = about_frame - (centre @ first) * np.eye(3) + np.outer(centre, first)
+    at_centre = frame.copy()
+    at_centre[:3, 3] += frame[:3, :3] @ centre
+    return link_in(name, float(mass), at_centre, tensor)

@@ -81,9 +81,12 @@ class Edge(NamedTuple):
 
     def loop(self, links: dict[str, Array]) -> LoopDescription:
         """Return the edge as a loop, which the initial placements close."""
-        ends = (inverse(links[link]) @ self.placement for link in (self.parent, self.child))
-        placed = (self.parent, self.child, *ends, self.axis, self.axis_2)
-        return LoopDescription(self.name, self.type, *placed, self.dynamics)
+        first, second = (
+            inverse(links[name]) @ self.placement for name in (self.parent, self.child)
+        )
+        links_and_ends = self.parent, self.child, first, second
+        axes = self.axis, self.axis_2
+        return LoopDescription(self.name, self.type, *links_and_ends, *axes, self.dynamics)
 
 
 def edge(element: ElementTree.Element, frames: NamedFrames, where: str) -> Edge:

@@ -22,7 +22,7 @@ from ..description import (
     LinkDescription,
     LoopDescription,
 )
-from ..renumbered import joint_at, link_in, loop_at
+from ..renumbered import joint_at, link_in, link_of, loop_at
 from .plain import of_urdf, plain
 
 _MODEL = "__model__"
@@ -156,11 +156,8 @@ def _link(name: str, element: Element) -> LinkDescription:
         return LinkDescription(name, 1.0, np.zeros(3), np.eye(3))
     if inertial.get("auto", "").strip().lower() in ("true", "1"):
         density = float(_word(inertial, "density") or 1000.0)
-        solid = sum(
-            (_solid(item, density) for item in element.findall("collision")),
-            pinocchio.Inertia.Zero(),
-        )
-        return LinkDescription(name, solid.mass, np.array(solid.lever), np.array(solid.inertia))
+        solids = [_solid(item, density) for item in element.findall("collision")]
+        return link_of(name, np.sum(solids, axis=0), np.eye(4))
     mass = float(_word(inertial, "mass") or 1.0)
     if mass == 0.0:
         return LinkDescription(name)
@@ -172,23 +169,24 @@ def _link(name: str, element: Element) -> LinkDescription:
     return link_in(name, mass, _placed(inertial, "")[1], tensor)
 
 
-def _solid(collision: Element, density: float) -> pinocchio.Inertia:
-    """Return the inertia of a collision shape in its link."""
+def _solid(collision: Element, density: float) -> Array:
+    """Return the dynamic parameters `(10,)` of a collision shape in its link."""
     shape = collision[[part.tag for part in collision].index("geometry")][0]
     words = {part.tag: [float(word) for word in (part.text or "").split()] for part in shape}
     solid = pinocchio.Inertia
     if shape.tag == "box":
-        make, sizes, volume = solid.FromBox, words["size"], np.prod(words["size"])
+        make, sizes, volume = solid.FromBox, words["size"], float(np.prod(words["size"]))
     elif shape.tag == "ellipsoid":
         make, sizes = solid.FromEllipsoid, words["radii"]
-        volume = np.prod(sizes) * 4.0 * np.pi / 3.0
+        volume = float(np.prod(sizes)) * 4.0 * np.pi / 3.0
     else:
         sizes = [*words["radius"], *words.get("length", [])]
         make = getattr(solid, f"From{shape.tag.capitalize()}")
         pole = 0.0 if shape.tag == "cylinder" else 4.0 / 3.0 * sizes[0]
         volume = np.pi * sizes[0] ** 2 * (sum(sizes[1:]) + pole)
-    mass = float(volume) * float(_word(collision, "density") or density)
-    return pinocchio.SE3(_placed(collision, "")[1]).act(make(mass, *sizes))
+    mass = volume * float(_word(collision, "density") or density)
+    placed = pinocchio.SE3(_placed(collision, "")[1]).act(make(mass, *sizes))
+    return np.array(placed.toDynamicParameters())
 
 
 def _placed(item: Element, default: str) -> tuple[str, Array]:
