@@ -95,7 +95,7 @@ class _MjcfWriter:
                 )
             powers = f"{words([coupling.offset, coupling.ratio])} 0 0 0"
             ends = {"joint1": second, "joint2": first, "polycoef": powers}
-            SubElement(self._equalities, "joint", name=coupling.name, **ends)
+            SubElement(self._equalities, "joint", {"name": coupling.name, **ends})
         model, actuator = Element("mujoco", model=description.name), Element("actuator")
         for joint in description.joints:
             if joint.name in description.independent_joints and joint.type in SINGLE_TYPES:
@@ -161,8 +161,8 @@ class _MjcfWriter:
             if position and isinstance(item, JointDescription):
                 behind = item.child_placement @ behind
             frames.append(inverse(behind))
-            is_loop = isinstance(item, LoopDescription)
-            behind = (item.predecessor_origin if is_loop else item.origin) @ behind
+            origin = item.predecessor_origin if isinstance(item, LoopDescription) else item.origin
+            behind = origin @ behind
         check_kinds([kind for item in chain for kind, _ in _parts(item)], name)
         first = chain[0]
         parent = first.parent if isinstance(first, JointDescription) else first.predecessor
@@ -194,7 +194,7 @@ class _MjcfWriter:
         return body
 
     def _add(self, carrier: Element, name: str, placement: Array) -> Element:
-        return SubElement(carrier, "body", name=name, **pose_of(placement, name))
+        return SubElement(carrier, "body", {"name": name, **pose_of(placement, name)})
 
     def _write_joint(self, body: Element, item: JointOrLoop, frame: Array) -> None:
         """Add the elements of a joint whose `(4, 4)` frame in the body is given."""
@@ -232,7 +232,7 @@ class _MjcfWriter:
         sites = [f"{loop.name}_predecessor", f"{loop.name}_successor"]
         ends = start, (loop.successor, loop.successor_origin)
         for site, (body, origin) in zip(sites, ends, strict=True):
-            SubElement(self._bodies[body], "site", name=site, **pose_of(origin, site))
+            SubElement(self._bodies[body], "site", {"name": site, **pose_of(origin, site)})
         SubElement(self._equalities, kind, name=name, site1=sites[0], site2=sites[1])
 
     def _coupled(self, link: str, other: str, coupling: str) -> str:
