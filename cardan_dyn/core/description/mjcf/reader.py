@@ -232,7 +232,8 @@ class _Reader:
         if is_single:
             left += _stated("springyield", model.jnt_springyield[index])
         rest = float(item.qpos_spring[0] - item.qpos0[0]) if taken["stiffness"] else 0.0
-        return Dynamics(*taken.values(), rest), left
+        along = Dynamics(taken["damping"], taken["frictionloss"], taken["stiffness"], rest)
+        return along, left
 
     def forces(self) -> list[str]:
         """Return what joints, bodies, fluids, tendons, actuators and flexes exert beside that."""

@@ -38,6 +38,7 @@ from ..description import (
     elementary,
 )
 from ..elements import ROTATION_TOLERANCE, SINGLE_TYPES, unique, words
+from ..together import together
 
 _DIRECT = {"spherical": "connect", "fixed": "weld"}
 """Types of loops that are an equality, and its kind."""
@@ -285,11 +286,20 @@ class RigidGroups:
     def __init__(self, description: Description) -> None:
         self.links = {link.name: link for link in description.links}
         self._carriers = {joint.child: joint for joint in description.joints}
-        self._root = description.root
-        self._first: dict[str, str] = {}
-        self.placements: dict[str, Array] = {}
-        for name in self.links:
-            self._place(name)
+        self._root = root = description.root
+        children: dict[str, list[JointDescription]] = {name: [] for name in self.links}
+        for joint in description.joints:
+            children[joint.parent].append(joint)
+        self._first, self.placements, waiting = {root: root}, {root: np.eye(4)}, [root]
+        while waiting:
+            name = waiting.pop()
+            for joint in children[name]:
+                first, placement = joint.child, np.eye(4)
+                if joint.type == "fixed":
+                    placement = self.placements[name] @ joint.origin @ joint.child_placement
+                    first = self._first[name]
+                self._first[joint.child], self.placements[joint.child] = first, placement
+                waiting.append(joint.child)
         self._members: dict[str, list[LinkDescription]] = {}
         for link in description.links:
             self._members.setdefault(self._first[link.name], []).append(link)
@@ -298,21 +308,6 @@ class RigidGroups:
             if not _is_direct(loop):
                 first = self._first[loop.successor]
                 self._shares[first] = self._shares.get(first, 1) + 1
-
-    def _place(self, name: str) -> None:
-        """Find the first link of the group of a link, and the placement of the link there."""
-        path = []
-        while name not in self._first:
-            joint = self._carriers.get(name)
-            if joint is None or joint.type != "fixed":
-                self._first[name], self.placements[name] = name, np.eye(4)
-                break
-            path.append(joint)
-            name = joint.parent
-        for joint in reversed(path):
-            self._first[joint.child] = self._first[joint.parent]
-            placement = self.placements[joint.parent] @ joint.origin @ joint.child_placement
-            self.placements[joint.child] = placement
 
     def is_fixed(self, link: str) -> bool:
         """Return whether a link stands still."""
@@ -340,27 +335,17 @@ class RigidGroups:
             masses = [link.mass for link in self.links.values() if link.mass > 0.0]
             mass = float(np.mean(masses)) if masses else 1.0
             return LinkDescription(name, mass, np.zeros(3), mass * np.eye(3))
-        frame = self.placements[loop.successor] @ loop.successor_origin
-        members = self.members(loop.successor)
-        mass, count = sum(link.mass for link in members), self.shares(loop.successor)
-        if mass == 0.0:
+        if self.mass(loop.successor) == 0.0:
             raise ModelError(
                 f"loop {loop.name!r}: its successor {loop.successor!r} moves and has no mass, "
                 "which MuJoCo does not accept; give it one"
             )
-        seen = [inverse(frame) @ self.placements[link.name] for link in members]
-        centres = [
-            at[:3, :3] @ link.centre + at[:3, 3] for at, link in zip(seen, members, strict=True)
-        ]
-        centre = sum(
-            (link.mass / mass * own for link, own in zip(members, centres, strict=True)),
-            np.zeros(3),
-        )
-        inertia = np.zeros((3, 3))
-        for link, at, own in zip(members, seen, centres, strict=True):
-            turn, arm = at[:3, :3], own - centre
-            inertia += turn @ link.inertia @ turn.T
-            inertia += link.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        back, parts = inverse(self.placements[loop.successor] @ loop.successor_origin), []
+        for link in self.members(loop.successor):
+            at = back @ self.placements[link.name]
+            turn, centre = at[:3, :3], at[:3, :3] @ link.centre + at[:3, 3]
+            parts.append((link.mass, centre, turn @ link.inertia @ turn.T))
+        (mass, centre, inertia), count = together(parts), self.shares(loop.successor)
         return LinkDescription(name, mass / count, centre, inertia / count)
 
     def path(self, link: str) -> list[JointDescription]:

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 from copy import deepcopy
-from xml.etree.ElementTree import Element, SubElement
+from xml.etree.ElementTree import Element, SubElement, fromstring
 
 from ....kit.errors import ModelError, choices
 from ..elements import only
@@ -27,6 +26,8 @@ _AXES_IN_MODEL_UNTIL = (1, 4)
 """Last version whose axes were written in the model's frame."""
 TWO_AXES = ("universal", "revolute2", "gearbox")
 """SDF's words for joints that have an `<axis2>`."""
+_MASSLESS = """<link><inertial><mass>0</mass>
+<inertia><ixx>0</ixx><iyy>0</iyy><izz>0</izz></inertia></inertial></link>"""
 _ZERO_BY_DEFAULT = ("velocity_decay", "dynamics")
 """Elements in which numbers that are not there are zero."""
 
@@ -53,9 +54,6 @@ def plain(
     _merge(whole)
     _flatten(whole, version, where)
     modern(whole, version, where)
-    for joint in whole.findall("joint"):
-        if (joint.get("type") or "").lower() == "screw":
-            _replace_screw(whole, joint, f"{where}: joint {joint.get('name')!r}")
     return whole, warnings
 
 
@@ -264,6 +262,10 @@ def _flatten(model: Element, version: tuple[int, int], where: str) -> None:
             ):
                 model.append(child)
     _attach(model, where)
+    word = "relative_to" if version >= FIRST_WITH_FRAMES else "frame"
+    for joint in model.findall("joint"):
+        if (joint.get("type") or "").lower() == "screw":
+            _replace_screw(model, joint, word, f"{where}: joint {joint.get('name')!r}")
 
 
 def _within(name: str, model: str) -> str:
@@ -275,8 +277,11 @@ def _within(name: str, model: str) -> str:
 
 def _rename(element: Element, model: str) -> None:
     """Let a link, joint or frame of a model in the model stand in the outer one."""
-    for part, word in _names(element):
-        part.set(word, _within(part.get(word, ""), model))
+    element.set("name", _within(element.get("name", ""), model))
+    for part in element.iter():
+        for word in ("relative_to", "attached_to", "expressed_in", "joint"):
+            if part.get(word) and (word != "joint" or part.tag == "mimic"):
+                part.set(word, _within(part.get(word, ""), model))
     for tag in ("parent", "child", "gearbox_reference_body"):
         for part in element.findall(tag):
             part.text = _within(_said(part), model)
@@ -287,17 +292,6 @@ def _rename(element: Element, model: str) -> None:
         place.set("relative_to", place.get("relative_to") or model)
     if element.tag == "frame":
         element.set("attached_to", element.get("attached_to") or model)
-
-
-def _names(element: Element) -> Iterator[tuple[Element, str]]:
-    """Yield all attributes that name a frame or joint."""
-    yield element, "name"
-    for part in element.iter():
-        for word in ("relative_to", "attached_to", "expressed_in"):
-            if part.get(word):
-                yield part, word
-        if part.tag == "mimic":
-            yield part, "joint"
 
 
 def _attach(model: Element, where: str) -> None:
@@ -319,7 +313,7 @@ def _attach(model: Element, where: str) -> None:
         model.remove(plugin)
 
 
-def _replace_screw(model: Element, joint: Element, at: str) -> None:
+def _replace_screw(model: Element, joint: Element, word: str, at: str) -> None:
     """Make a hinge of a screw, and a slide that follows it by the pitch of a turn."""
     pitch, turns = only(joint, "screw_thread_pitch", at), only(joint, "thread_pitch", at)
     if pitch is not None:
@@ -346,11 +340,8 @@ def _replace_screw(model: Element, joint: Element, at: str) -> None:
     for part in [*axis.findall("mimic"), *axis.findall("dynamics"), *axis.findall("limit")]:
         axis.remove(part)
     SubElement(SubElement(axis, "mimic", joint=name), "multiplier").text = repr(ratio)
-    between = SubElement(model, "link", name=nut)
-    SubElement(between, "pose", relative_to=child)
-    massless = SubElement(between, "inertial")
-    SubElement(massless, "mass").text = "0"
-    inertia = SubElement(massless, "inertia")
-    for tag in ("ixx", "iyy", "izz"):
-        SubElement(inertia, tag).text = "0"
+    between = fromstring(_MASSLESS)
+    between.set("name", nut)
+    SubElement(between, "pose", {word: child})
+    model.append(between)
     model.insert(list(model).index(joint) + 1, slide)

@@ -9,13 +9,14 @@ import numpy as np
 
 from ....kit.arrays import Array
 from ....kit.errors import ModelError, choices
+from ..together import Massive, together
 from ..visual import positive
 from .elements import base_of, inside, number, pose, sizes_of
 
 _ADVICE = "`gz sdf -p --expand-auto-inertials FILE` writes the inertia into the file"
 
 
-def solid(link: Element, inertial: Element, at: str) -> tuple[float, Array, Array]:
+def solid(link: Element, inertial: Element, at: str) -> Massive:
     """Return mass, centre `(3,)` and inertia `(3, 3)` about it of a link's collision shapes.
 
     Args:
@@ -41,15 +42,9 @@ def solid(link: Element, inertial: Element, at: str) -> tuple[float, Array, Arra
         mass *= number(item, "density", str(density), where)
         turn = frame[:3, :3]
         parts.append((mass, frame[:3, 3], turn @ np.diag(mass * moments) @ turn.T))
-    mass = sum(part[0] for part in parts)
-    if not mass > 0.0:
+    if not sum(part[0] for part in parts) > 0.0:
         raise ModelError(f"{at}: no <collision> of which its inertia would be computed; {_ADVICE}")
-    centre = sum(part[0] * part[1] for part in parts) / mass
-    tensor = np.zeros((3, 3))
-    for own, place, inertia in parts:
-        arm = place - centre
-        tensor += inertia + own * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    return mass, np.asarray(centre), tensor
+    return together(parts)
 
 
 def _of_shape(collision: Element, at: str) -> tuple[float, Array]:
