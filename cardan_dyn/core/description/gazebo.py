@@ -8,26 +8,22 @@ older versions, which see it in the model's frame, would make another joint of i
 
 from __future__ import annotations
 
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
-from .beside import placements_at_zero
 from .description import LoopDescription
 from .elements import DIRECTION_TOLERANCE
 from .left_out import forces_left_out
 from .sdf.frames import WORLD, NamedFrames
 from .sdf.joints import GEARBOX, Edge, edge, kind_of
+from .sdf.plain import of_urdf
 from .words import check_words
 
 NOTATION = "SDF <joint> in <gazebo>"
 """What the notation is called."""
-_VERSION, _VERSION_OF_FLAGS = (1, 7), (1, 6)
-"""Version of SDF that sdformat 9 and later take a URDF for, and the last one that knows
-`<use_parent_model_frame>`, where a joint has it."""
 
 
 def gazebo_loops(
@@ -52,21 +48,26 @@ def gazebo_loops(
                 f"{where}: <gazebo reference={item.get('reference')!r}>: a <joint> belongs to the "
                 "robot as a whole: write it in a <gazebo> without a reference"
             )
-    joints = robot.findall("gazebo/joint")
-    placements, root = placements_at_zero(robot, where), _root(robot, where)
-    is_flagged = any(joint.find("*/use_parent_model_frame") is not None for joint in joints)
-    version = _VERSION_OF_FLAGS if is_flagged else _VERSION
-    frames = NamedFrames(_model(robot, root, is_flagged), version, where, placements)
+    carried = {child.get("link") for child in robot.findall("joint/child")}
+    links = [link.get("name", "") for link in robot.findall("link")]
+    roots = [name for name in links if name not in carried]
+    if len(roots) != 1:
+        raise ModelError(f"{where}: a URDF has exactly one root link, not {choices(roots)}")
+    (root,) = roots
+    model, is_flagged = of_urdf(robot, f"{where}: <gazebo>")
+    if root != WORLD:
+        model.set("canonical_link", root)
+    frames = NamedFrames(model, where, has_names=not is_flagged)
     warnings, forces, loops = list[str](), list[str](), list[LoopDescription]()
-    for joint in joints:
+    for joint in model.findall("joint"):
         at = f"{where}: <gazebo>: joint {joint.get('name')!r}"
         warnings += check_words(joint, "sdf", at, strict)
         if kind_of(joint, at) == GEARBOX or joint.find("*/mimic") is not None:
             raise ModelError(f"{at}: couplings are not read here: write <coupling> or <mimic>")
-        found = edge(joint, frames, version, f"{where}: <gazebo>")
+        found = edge(joint, frames, f"{where}: <gazebo>")
         warnings += found.warnings
         forces += found.forces
-        found = replace(found, parent=root if found.parent == WORLD else found.parent)
+        found = found._replace(parent=root if found.parent == WORLD else found.parent)
         if found.child == root:
             if found.type == "fixed" and found.parent == root:
                 continue
@@ -76,41 +77,9 @@ def gazebo_loops(
             )
         if not is_flagged:
             warnings += _axis_notes(joint, found, at)
-        loops.append(found.loop(placements))
+        ends = {link: frames.placement(link, at) for link in (found.parent, found.child)}
+        loops.append(found.loop(ends))
     return tuple(loops), (*warnings, *forces_left_out(forces, where, strict))
-
-
-def _root(robot: ElementTree.Element, where: str) -> str:
-    """Return the name of the link that no joint carries."""
-    carried = {child.get("link") for child in robot.findall("joint/child")}
-    roots = [link.get("name", "") for link in robot.findall("link")]
-    roots = [name for name in roots if name not in carried]
-    if len(roots) != 1:
-        raise ModelError(f"{where}: a URDF has exactly one root link, not {choices(roots)}")
-    return roots[0]
-
-
-def _model(robot: ElementTree.Element, root: str, is_flagged: bool) -> ElementTree.Element:
-    """Return the model that sdformat makes of a URDF: its frames and the joints that are added."""
-    model = ElementTree.Element("model")
-    links = [link.get("name", "") for link in robot.findall("link")]
-    for name in links:
-        if name != WORLD:
-            ElementTree.SubElement(model, "link", name=name)
-    if root != WORLD:
-        model.set("canonical_link", root)
-    added = robot.findall("gazebo/joint")
-    taken = {*links, *(item.get("name") for item in added)}
-    if not is_flagged:
-        for joint in robot.findall("joint"):
-            child = joint.find("child")
-            name = joint.get("name", "")
-            if child is not None and name not in taken:
-                # The frame of a URDF's joint is that of its child.
-                ElementTree.SubElement(model, "frame", name=name, attached_to=child.get("link", ""))
-        model.extend(robot.findall("gazebo/frame"))
-    model.extend(added)
-    return model
 
 
 def _axis_notes(joint: ElementTree.Element, found: Edge, at: str) -> list[str]:

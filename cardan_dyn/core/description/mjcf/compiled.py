@@ -186,16 +186,9 @@ def _without_meshes(spec: Any, shown: bool) -> Iterator[tuple[Any, MeshGeom]]:
 
 def _names(model: Any) -> tuple[list[list[str]], list[list[str]]]:
     """Return names of links and joints, see `Compiled`; what has none gets one."""
-    import mujoco
-
-    bodies, joints = (
-        [mujoco.mj_id2name(model, kind, index) for index in range(count)]
-        for kind, count in (
-            (mujoco.mjtObj.mjOBJ_BODY, model.nbody),
-            (mujoco.mjtObj.mjOBJ_JOINT, model.njnt),
-        )
-    )
-    taken = [{name for name in names if name} for names in (bodies, joints)]
+    bodies = [model.body(index).name for index in range(model.nbody)]
+    joints = [model.joint(index).name for index in range(model.njnt)]
+    taken = [{*bodies}, {*joints}]
 
     def named(name: str, kind: int) -> str:
         result = unique(name, taken[kind])

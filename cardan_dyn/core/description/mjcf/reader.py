@@ -64,7 +64,7 @@ def parse(text: str, name: str | None, where: str, path: Path | None, strict: bo
     joints = tuple(reader.joints)
     loops, couplings = reader.equalities()
     left_out = dynamics_left_out(joints, where)
-    left_out += forces_left_out(list(reader.forces()), where, strict)
+    left_out += forces_left_out(reader.forces(), where, strict)
     slack = line_of(where, "limits", reader.limited_tendons(), "they couple nothing", "tendon")
     if slack:
         left_out.append(slack)
@@ -114,55 +114,45 @@ class _Reader:
         self.sites = {
             site: (found.links[model.site_bodyid[k]][-1], self._site(k))
             for k in range(model.nsite)
-            if (site := self._name("SITE", k))
+            if (site := model.site(k).name)
         }
-
-    def _name(self, kind: str, index: int) -> str:
-        """Return the name that the file gives something; empty if it gives none."""
-        return (
-            self._mujoco.mj_id2name(
-                self._model, getattr(self._mujoco.mjtObj, f"mjOBJ_{kind}"), index
-            )
-            or ""
-        )
 
     def _site(self, index: int) -> Array:
         return placement(self._model.site_pos[index], self._model.site_quat[index])
 
     def _link(self, body: int) -> LinkDescription:
         """Return the link of a body with its mass; it has none where MuJoCo gave it the least."""
-        model, name = self._model, self._found.links[body][-1]
+        item, name = self._model.body(body), self._found.links[body][-1]
         at = f"{self._where}: body {name!r}"
-        mass, moments = float(model.body_mass[body]), model.body_inertia[body]
+        mass, moments = float(item.mass[0]), item.inertia
         least = np.nextafter(self._mujoco.mjMINVAL, 1.0)
-        if model.body_mocapid[body] >= 0:
+        if item.mocapid[0] >= 0:
             self.warnings.append(f"{at}: mocap: it stands still")
         if mass <= least:
             return LinkDescription(name)
-        turn = placement(np.zeros(3), model.body_iquat[body])[:3, :3]
+        turn = placement(np.zeros(3), item.iquat)[:3, :3]
         moments = np.where(moments > least, moments, 0.0)
-        if not max(mass, *np.abs(model.body_ipos[body]), *moments) <= GREATEST:
+        if not max(mass, *np.abs(item.ipos), *moments) <= GREATEST:
             raise ModelError(
                 f"{at}: its mass or inertia is beyond {GREATEST:.0e}; choose units in which "
                 "numbers are not so far from 1"
             )
-        if not np.any(moments) and model.body_weldid[body]:
+        if not np.any(moments) and item.weldid[0]:
             self.warnings.append(f"{at}: it has a mass and no inertia: a point mass")
         inertia = (turn * moments) @ turn.T
-        return LinkDescription(name, mass, model.body_ipos[body].copy(), inertia)
+        return LinkDescription(name, mass, item.ipos.copy(), inertia)
 
     def _read_joints(self, body: int) -> None:
         """Add the joints of a body."""
-        model, found = self._model, self._found
-        names, links = found.joints[body], found.links[body]
-        origin = placement(model.body_pos[body], model.body_quat[body])
-        before = model.body_parentid[body]
+        item, found = self._model.body(body), self._found
+        names, links, before = found.joints[body], found.links[body], item.parentid[0]
+        origin = placement(item.pos, item.quat)
         parent, at_body = found.links[before][-1], self._placements[before]
         axis = np.array([1.0, 0.0, 0.0])
         for count, (name, link) in enumerate(zip(names, links, strict=True)):
             joint = JointDescription(name, "fixed", parent, link, origin, axis, axis)
-            if model.body_jntnum[body]:
-                joint = self._joint(joint, model.body_jntadr[body] + count)
+            if item.jntnum[0]:
+                joint = self._joint(joint, item.jntadr[0] + count)
                 self._of_index.append(joint)
             self.joints.append(joint)
             at_body = at_body @ joint.origin @ joint.child_placement
@@ -172,20 +162,19 @@ class _Reader:
 
     def _joint(self, fixed: JointDescription, index: int) -> JointDescription:
         """Return a joint of a body, whose frame is at its point and has the axes of the child."""
-        model, at = self._model, f"{self._where}: joint {fixed.name!r}"
-        kind = _TYPES[model.jnt_type[index]]
-        rotors = self._armature(index, kind, at)
+        item, at = self._model.joint(index), f"{self._where}: joint {fixed.name!r}"
+        kind = _TYPES[item.type[0]]
+        joint = replace(fixed, type=kind, armature=self._armature(index, kind, at))
         if kind == "floating":
-            return replace(fixed, type=kind, armature=rotors)
-        point = model.jnt_pos[index]
-        origin, child_placement = fixed.origin @ at_point(point), at_point(-point)
-        places = {"origin": origin, "child_placement": child_placement}
-        joint = replace(fixed, type=kind, **places, armature=rotors)
+            return joint
+        origin, behind = fixed.origin @ at_point(item.pos), at_point(-item.pos)
+        joint = replace(joint, origin=origin, child_placement=behind)
         if kind == "spherical":
             return joint
-        axis, initial = model.jnt_axis[index].copy(), model.qpos0[model.jnt_qposadr[index]]
+        axis, initial = item.axis.copy(), item.qpos0[0]
         if initial:
-            shown = math.degrees(initial) if self._in_degrees(kind) else initial
+            in_degrees = kind == "revolute" and self._found.spec.compiler.degree
+            shown = math.degrees(initial) if in_degrees else initial
             self.warnings.append(
                 f"{at}: its coordinate is zero where the file counts {shown:g} (ref)"
             )
@@ -197,16 +186,12 @@ class _Reader:
             )
             placed = origin @ _moved(kind, axis, held)
             return replace(joint, type="fixed", origin=placed, armature=())
-        limits = Limits()
-        if model.jnt_limited[index]:
-            limits = Limits(*(model.jnt_range[index] - initial).tolist())
+        limits, (dynamics, _) = Limits(), self._along(index)
+        if item.limited[0]:
+            limits = Limits(*(item.range - initial).tolist())
         elif kind == "revolute":
             kind = "continuous"
-        dynamics = self._dynamics(index)
         return replace(joint, type=kind, axis=axis, axis_2=axis, limits=limits, dynamics=dynamics)
-
-    def _in_degrees(self, kind: str) -> bool:
-        return kind == "revolute" and bool(self._found.spec.compiler.degree)
 
     def _armature(self, index: int, kind: str, at: str) -> tuple[float, ...]:
         """Return the armature of a joint, with that of the actuators on it.
@@ -215,7 +200,7 @@ class _Reader:
         a ball or a free joint.
         """
         model = self._model
-        total = float(model.dof_armature[model.jnt_dofadr[index]])
+        total = float(model.joint(index).armature[0])
         for actuator in np.flatnonzero(model.actuator_trnid[:, 0] == index).tolist():
             if model.actuator_trntype[actuator] in self._along_joints:
                 gear = float(model.actuator_gear[actuator, 0])
@@ -228,93 +213,77 @@ class _Reader:
         kinds = self._mujoco.mjtTrn
         return int(kinds.mjTRN_JOINT), int(kinds.mjTRN_JOINTINPARENT)
 
-    def _dynamics(self, index: int) -> Dynamics:
-        """Return what rubs and springs along a hinge or slide, but what `_untaken` says.
+    def _along(self, index: int) -> tuple[Dynamics, list[str]]:
+        """Return what rubs and springs along a joint, and what of it no element is made of.
 
-        The spring is at rest at `springref`, which counts as the file counts the joint; here the
+        Those are all of a joint with a ball, higher terms of a polynomial and negative values. The
+        spring is at rest at `springref`, which counts as the file counts the joint; here the
         initial configuration is zero.
         """
-        model, dof, place = (
-            self._model,
-            *(addresses[index] for addresses in (self._model.jnt_dofadr, self._model.jnt_qposadr)),
-        )
-        stated = {
-            "damping": float(model.dof_damping[dof]),
-            "friction": float(model.dof_frictionloss[dof]),
-            "stiffness": float(model.jnt_stiffness[index]),
-        }
-        for left in dict(self._untaken(index)):
-            stated.pop({"frictionloss": "friction"}.get(left, left), None)
-        rest = 0.0
-        if stated.get("stiffness"):
-            rest = float(model.qpos_spring[place] - model.qpos0[place])
-        return Dynamics(**stated, rest=rest)
-
-    def _untaken(self, index: int) -> Iterator[tuple[str, str]]:
-        """Yield names and values of what acts along a joint and no element is made of.
-
-        Those are all of a joint with a ball, higher terms of a polynomial and negative values.
-        """
-        model, dof = self._model, self._model.jnt_dofadr[index]
-        is_single = _TYPES[model.jnt_type[index]] in SINGLE_TYPES
+        model, item = self._model, self._model.joint(index)
+        is_single = _TYPES[item.type[0]] in SINGLE_TYPES
+        taken, left = {"damping": 0.0, "frictionloss": 0.0, "stiffness": 0.0}, list[str]()
         for what, first, more in (
-            ("damping", model.dof_damping[dof], model.dof_dampingpoly[dof]),
-            ("stiffness", model.jnt_stiffness[index], model.jnt_stiffnesspoly[index]),
-            ("frictionloss", model.dof_frictionloss[dof], ()),
+            ("damping", item.damping[0], model.dof_dampingpoly[item.dofadr[0]]),
+            ("stiffness", item.stiffness[0], model.jnt_stiffnesspoly[index]),
+            ("frictionloss", item.frictionloss[0], ()),
         ):
-            if not is_single or first < 0.0 or np.any(more):
-                yield from _stated(what, first, *more)
+            if is_single and first >= 0.0 and not np.any(more):
+                taken[what] = float(first)
+            else:
+                left += _stated(what, first, *more)
         if is_single:
-            yield from _stated("springyield", model.jnt_springyield[index])
+            left += _stated("springyield", model.jnt_springyield[index])
+        rest = float(item.qpos_spring[0] - item.qpos0[0]) if taken["stiffness"] else 0.0
+        along = Dynamics(taken["damping"], taken["frictionloss"], taken["stiffness"], rest)
+        return along, left
 
     def limited_tendons(self) -> list[str]:
         """Return the names of tendons that stop where they are too long or too short."""
         limited = np.flatnonzero(self._model.tendon_limited)
-        return [self._name("TENDON", index) or str(index + 1) for index in limited.tolist()]
+        names = [self._model.tendon(index).name for index in limited.tolist()]
+        return [name or str(number) for number, name in zip(limited + 1, names, strict=True)]
 
-    def forces(self) -> Iterator[str]:
-        """Yield what joints, bodies, fluids, tendons, actuators and flexes exert beside that."""
-        model = self._model
+    def forces(self) -> list[str]:
+        """Return what joints, bodies, fluids, tendons, actuators and flexes exert beside that."""
+        model, found = self._model, list[str]()
         for index, joint in enumerate(self._of_index):
             if joint.type != "fixed":
-                yield from _line(f"joint {joint.name!r}", self._untaken(index))
+                found += _line(f"joint {joint.name!r}", self._along(index)[1])
         for body, links in enumerate(self._found.links):
-            yield from _line(f"body {links[-1]!r}", _stated("gravcomp", model.body_gravcomp[body]))
+            owner = f"body {links[-1]!r}"
+            found += _line(owner, _stated("gravcomp", model.body_gravcomp[body]))
             if model.body_plugin[body] >= 0:
-                yield f"body {links[-1]!r}: a plugin"
-        yield from _line(
-            "option",
-            [*_stated("density", model.opt.density), *_stated("viscosity", model.opt.viscosity)],
-        )
+                found.append(f"{owner}: a plugin")
+        fluid = [*_stated("density", model.opt.density), *_stated("viscosity", model.opt.viscosity)]
+        found += _line("option", fluid)
         for kind, count, words in (
             ("tendon", model.ntendon, ("armature", "damping", "stiffness", "frictionloss")),
             ("actuator", model.nu, ("armature", "damping")),
         ):
             for index in range(count):
-                taken = (
+                # The armature of an actuator is that of the joint along which it acts.
+                is_along = (
                     kind == "actuator" and model.actuator_trntype[index] in self._along_joints
-                ) * ("armature",)
-                name = self._name(kind.upper(), index) or str(index + 1)
-                parts = [
-                    part
-                    for word in words
-                    if word not in taken
-                    for part in _stated(
-                        word,
-                        getattr(model, f"{kind}_{word}")[index],
-                        *getattr(model, f"{kind}_{word}poly", np.zeros((count, 0)))[index],
-                    )
-                ]
-                yield from _line(f"{kind} {name!r}", parts)
-        for index in range(model.nflex):
-            yield f"flex {self._name('FLEX', index)!r}"
+                )
+                parts = list[str]()
+                for word in words[is_along:]:
+                    first = getattr(model, f"{kind}_{word}")[index]
+                    more = getattr(model, f"{kind}_{word}poly", np.zeros((count, 0)))[index]
+                    parts += _stated(word, first, *more)
+                found += _line(
+                    f"{kind} {(getattr(model, kind)(index).name or str(index + 1))!r}", parts
+                )
+        flex = self._mujoco.mjtObj.mjOBJ_FLEX
+        names = (self._mujoco.mj_id2name(model, flex, index) for index in range(model.nflex))
+        return found + [f"flex {(name or '')!r}" for name in names]
 
     def keyframes(self) -> Iterator[tuple[str, FrozenDict[str, float | Array]]]:
         """Yield names of keyframes and the positions of joints in them, counted as here."""
         model = self._model
         joints = [item for item in enumerate(self._of_index) if item[1].type != "fixed"]
         for key in range(model.nkey):
-            if name := self._name("KEY", key):
+            if name := model.key(key).name:
                 at = model.key_qpos[key]
                 yield name, frozen({joint.name: self._counted(k, at) for k, joint in joints})
 
@@ -347,30 +316,30 @@ class _Reader:
     def equalities(self) -> tuple[list[LoopDescription], list[CouplingDescription]]:
         """Return the loops and couplings; `connect` and `weld` are loops, `joint` a coupling."""
         model, loops, couplings = self._model, [], []
-        names = [self._name("EQUALITY", k) for k in range(model.neq)]
+        names = {model.equality(index).name for index in range(model.neq)}
         taken = {joint.name for joint in self.joints}
-        for index, name in enumerate(names):
-            kind = _EQUALITIES.get(model.eq_type[index], "flex")
-            at = f"{self._where}: <equality> <{kind}> {name or index + 1!r}"
-            if not model.eq_active0[index]:
+        for index in range(model.neq):
+            item = model.equality(index)
+            kind = _EQUALITIES.get(item.type[0], "flex")
+            at = f"{self._where}: <equality> <{kind}> {(item.name or index + 1)!r}"
+            if not item.active0[0]:
                 self.warnings.append(f"{at}: left out, as it is not active")
                 continue
             if kind == "flex":
                 raise ModelError(f"{at}: {_UNSUPPORTED}")
-            name = unique(name or f"equality_{index + 1}", taken | (set() if name else set(names)))
+            if kind == "joint" and item.obj2id[0] < 0:
+                continue  # It holds a joint.
+            if kind == "weld" and item.data[10] == 0.0:
+                raise ModelError(f"{at}: a weld with torquescale 0 is a ball; write <connect>")
+            others = taken if item.name else taken | names
+            name = unique(item.name or f"equality_{index + 1}", others)
+            taken.add(name)
             if kind == "tendon":
                 couplings.append(self._of_tendons(index, name, at))
-                taken.add(name)
-                continue
-            if kind == "joint":
-                if model.eq_obj2id[index] >= 0:
-                    couplings.append(self._coupling(index, name, at))
-                    taken.add(name)
-                continue
-            if kind == "weld" and model.eq_data[index][10] == 0.0:
-                raise ModelError(f"{at}: a weld with torquescale 0 is a ball; write <connect>")
-            loops.append(self._loop(kind, index, name))
-            taken.add(name)
+            elif kind == "joint":
+                couplings.append(self._coupling(index, name, at))
+            else:
+                loops.append(self._loop(kind, index, name))
         # In the order of the joints, as a URDF lists them.
         order = {joint.name: index for index, joint in enumerate(self.joints)}
         couplings.sort(key=lambda coupling: order[coupling.successor])
@@ -456,15 +425,14 @@ def _moved(kind: str, axis: Array, by: float) -> Array:
     return placement(np.zeros(3), np.array([math.cos(half), *(math.sin(half) * axis)]))
 
 
-def _stated(word: str, *values: float) -> Iterator[tuple[str, str]]:
-    """Yield a word and its values, as a file states them, unless all are zero."""
-    if np.any(values):
-        last = int(np.flatnonzero(values)[-1]) + 1
-        yield word, " ".join(f"{float(value):g}" for value in values[:last])
+def _stated(word: str, *values: float) -> list[str]:
+    """Return a word and its values, as a file states them, unless all are zero."""
+    if not np.any(values):
+        return []
+    last = int(np.flatnonzero(values)[-1]) + 1
+    return [" ".join([word, *(f"{float(value):g}" for value in values[:last])])]
 
 
-def _line(owner: str, parts: Iterator[tuple[str, str]] | list[tuple[str, str]]) -> Iterator[str]:
-    """Yield what something states, if it does."""
-    listed = ", ".join(f"{word} {values}" for word, values in parts)
-    if listed:
-        yield f"{owner}: {listed}"
+def _line(owner: str, parts: list[str]) -> list[str]:
+    """Return what something states, if it does."""
+    return [f"{owner}: {', '.join(parts)}"] if parts else []

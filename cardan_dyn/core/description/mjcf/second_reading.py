@@ -21,6 +21,7 @@ from ..description import (
     SourceText,
     at_last_parts,
 )
+from ..renumbered import joint_at, link_in, loop_at
 from .compiled import Compiled, compiled
 
 
@@ -35,7 +36,7 @@ class _Placed:
     def __init__(self, found: Compiled) -> None:
         import mujoco
 
-        self._found, self._model = found, found.model
+        self._found, self._model = found, (model := found.model)
         self._data = data = mujoco.MjData(found.model)
         for joint, held in found.locked.items():
             data.qpos[found.model.jnt_qposadr[joint]] += held
@@ -54,28 +55,15 @@ class _Placed:
         }
         self._at = [_frame(*of) for of in zip(data.xpos, data.xmat, strict=True)]
         self._links = {name: self._at[body] for name, body in self._bodies.items()}
-        for joint in found.locked:
-            self._links |= self._before(joint)
-
-    def _before(self, locked: int) -> dict[str, Array]:
-        """Return the placements of links of a body which a joint of it that is held carries not."""
-        import mujoco
-
-        body, model = self._model.jnt_bodyid[locked], self._model
-        first, end = model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]
-        data, result = mujoco.MjData(model), {}
-        for joint in range(first, locked):
-            data.qpos[:] = self._data.qpos
-            # The joints of a body act in their order, so that later ones carry no link before.
-            later = slice(
-                model.jnt_qposadr[joint + 1], None if end == model.njnt else model.jnt_qposadr[end]
-            )
-            data.qpos[later] = model.qpos0[later]
-            mujoco.mj_kinematics(model, data)
-            result[self._found.links[body][joint - first]] = _frame(
-                data.xpos[body], data.xmat[body]
-            )
-        return result
+        for body, of in enumerate(found.links if found.locked else ()):
+            # The joints of a body act in their order: later ones carry no link before.
+            first, last = model.body_jntadr[body], model.body_jntadr[body] + len(of)
+            for count, name in enumerate(of[:-1], start=1):
+                before, later = mujoco.MjData(model), model.jnt_qposadr[first + count : last]
+                before.qpos[:] = data.qpos
+                before.qpos[later] = model.qpos0[later]
+                mujoco.mj_kinematics(model, before)
+                self._links[name] = _frame(before.xpos[body], before.xmat[body])
 
     def reread(self, description: Description) -> Description:
         """See `reread`."""
@@ -143,10 +131,9 @@ class _Placed:
         if name != self._found.links[body][-1] or mass < self._least:
             return LinkDescription(name)
         moments = self._model.body_inertia[body]
-        moments = np.diag(np.where(moments < self._least, 0.0, moments))
+        moments = np.where(moments < self._least, 0.0, moments)
         placed = inverse(self._at[body]) @ _frame(self._data.xipos[body], self._data.ximat[body])
-        tensor = np.einsum("ij,jk,lk->il", placed[:3, :3], moments, placed[:3, :3])
-        return LinkDescription(name, mass, placed[:3, 3], tensor)
+        return link_in(name, mass, placed, np.diag(moments))
 
     def _joint(self, joint: JointDescription) -> JointDescription:
         """Return a joint in the frame that has the axes of its child."""
@@ -166,35 +153,22 @@ class _Placed:
             # Of a free joint those of its three slides, then of its ball.
             count = 4 if joint.type == "floating" else 1
             rotors = self._armature[first : first + count].tolist()
-        parent = self._links[joint.parent]
-        return replace(
-            joint,
-            origin=inverse(parent) @ frame,
-            child_placement=inverse(frame) @ child,
-            axis=axis,
-            axis_2=axis,
-            armature=at_last_parts(rotors, joint.type),
-        )
+        placed = joint_at(joint, frame, self._links, axis)
+        return replace(placed, armature=at_last_parts(rotors, joint.type))
 
     def _loop(self, loop: LoopDescription, index: int) -> LoopDescription:
         model, data = self._model, self._model.eq_data[index]
-        ids = model.eq_obj1id[index], model.eq_obj2id[index]
+        ids, is_ball = (model.eq_obj1id[index], model.eq_obj2id[index]), loop.type == "spherical"
         if model.eq_objtype[index] == self._site:
-            places = [_frame(self._data.site_xpos[k], self._data.site_xmat[k]) for k in ids]
-            carriers = [self._at[model.site_bodyid[k]] for k in ids]
-            ends = [inverse(at) @ place for at, place in zip(carriers, places, strict=True)]
+            ends = [_frame(self._data.site_xpos[k], self._data.site_xmat[k]) for k in ids]
         else:
-            carriers = [self._at[k] for k in ids]
-            ends = [np.eye(4), np.eye(4)]
-            is_ball = loop.type == "spherical"
-            ends[0][:3, 3], ends[1][:3, 3] = (
-                (data[:3], data[3:6]) if is_ball else (data[3:6], data[:3])
-            )
-            if not is_ball:
-                ends[0][:3, :3] = _turn(data[6:10])
-        if loop.type == "spherical":
-            ends[1][:3, :3] = carriers[1][:3, :3].T @ carriers[0][:3, :3] @ ends[0][:3, :3]
-        return replace(loop, predecessor_origin=ends[0], successor_origin=ends[1])
+            points = (data[:3], data[3:6]) if is_ball else (data[3:6], data[:3])
+            turn = np.eye(3) if is_ball else _turn(data[6:10])
+            local = map(_frame, points, (turn, np.eye(3)))
+            ends = [self._at[k] @ end for k, end in zip(ids, local, strict=True)]
+        if is_ball:
+            ends[1][:3, :3] = ends[0][:3, :3]
+        return loop_at(loop, (ends[0], ends[1]), self._links)
 
 
 def _armature(model: Any) -> Array:

@@ -22,6 +22,7 @@ from ..description import (
     at_last_parts,
     kinds_of,
 )
+from ..renumbered import joint_at, link_of, loop_at
 
 _SEVERAL = ("Composite", "Translation", "Mimic", "H")
 """What joints of several parts, and what follows others, are called behind `JointModel`."""
@@ -32,8 +33,9 @@ def reread(description: Description, given: SourceModel) -> Description:
 
     Its links are the bodies in the order of the model's joints, then those between parts of joints.
     """
-    read, bodies = _Placed(given.model), given.model.njoints
+    bodies = given.model.njoints
     links, between = description.links[:bodies], description.links[bodies:]
+    read = _Placed(given.model, [link.name for link in links])
     return replace(
         description,
         links=(*(read.link(*item) for item in enumerate(links)), *between),
@@ -50,10 +52,10 @@ class _Placed:
     Attributes:
         model: the model.
         joints: `(4, 4)` placements of the joints in the world.
-        links: those of the links that they carry.
+        links: those of the links that they carry, by name.
     """
 
-    def __init__(self, model: pinocchio.Model) -> None:
+    def __init__(self, model: pinocchio.Model, links: list[str]) -> None:
         data, neutral = model.createData(), pinocchio.neutral(model)
         pinocchio.framesForwardKinematics(model, data, neutral)
         jacobian = np.array(pinocchio.computeJointJacobians(model, data, neutral))
@@ -64,7 +66,10 @@ class _Placed:
         for frame, place in zip(model.frames, data.oMf, strict=True):
             if frame.type == pinocchio.FrameType.BODY:
                 bodies.setdefault(frame.parentJoint, np.array(place.homogeneous))
-        self.links = [bodies.get(index, joint) for index, joint in enumerate(self.joints)]
+        self.links = {
+            name: bodies.get(index, joint)
+            for index, (name, joint) in enumerate(zip(links, self.joints, strict=True))
+        }
         light = pinocchio.Model(model)
         for index in range(light.njoints):
             light.inertias[index] = pinocchio.Inertia.Zero()
@@ -76,20 +81,9 @@ class _Placed:
 
     def link(self, index: int, link: LinkDescription) -> LinkDescription:
         """Return a link with its mass, from moments about the joint."""
-        mass, *values = self.model.inertias[index].toDynamicParameters()
-        first = np.array(values[:3])
-        xx, xy, yy, xz, yz, zz = values[3:]
-        about_joint = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        centre = first / mass if mass else first
-        about_centre = about_joint - (centre @ first) * np.eye(3) + np.outer(centre, first)
-        to_link = np.linalg.solve(self.links[index], self.joints[index])
-        turn = to_link[:3, :3]
-        return replace(
-            link,
-            mass=float(mass),
-            centre=turn @ centre + to_link[:3, 3],
-            inertia=np.einsum("ij,jk,lk->il", turn, about_centre, turn),
-        )
+        parameters = np.array(self.model.inertias[index].toDynamicParameters())
+        frame = np.linalg.solve(self.links[link.name], self.joints[index])
+        return link_of(link.name, parameters, frame)
 
     def joint(self, joint: JointDescription) -> JointDescription:
         """Return a joint with its placements and axes."""
@@ -100,30 +94,19 @@ class _Placed:
         kind = model.joints[index].shortname().removeprefix("JointModel")
         if kind.startswith(_SEVERAL):
             return joint
-        frame, axis, axis_2 = self.joints[index], joint.axis, joint.axis_2
+        frame, axes = self.joints[index], ()
         if joint.type in ("revolute", "continuous", "prismatic", "universal"):
             rates = model.idx_vs[index] + np.arange(model.nvs[index])
-            slides = joint.type == "prismatic"
-            part = self._jacobian[:3] if slides else self._jacobian[3:]
+            part = self._jacobian[:3] if joint.type == "prismatic" else self._jacobian[3:]
             axes = (frame[:3, :3].T @ part[:, rates]).T
-            axis, axis_2 = axes[0], axes[-1]
         rotors = self._armature[model.idx_vs[index] :][: len(kinds_of(joint.type))]
-        return replace(
-            joint,
-            origin=np.linalg.solve(self.links[model.parents[index]], frame),
-            child_placement=np.linalg.solve(frame, self.links[index]),
-            axis=axis,
-            axis_2=axis_2,
-            armature=at_last_parts(rotors.tolist(), joint.type),
-        )
+        placed = joint_at(joint, frame, self.links, *axes)
+        return replace(placed, armature=at_last_parts(rotors.tolist(), joint.type))
 
     def loop(
         self, loop: LoopDescription, constraint: tuple[int, Array, int, Array]
     ) -> LoopDescription:
         """Return a loop with its placements."""
         first, before, second, behind = constraint
-        return replace(
-            loop,
-            predecessor_origin=np.linalg.solve(self.links[first], self.joints[first] @ before),
-            successor_origin=np.linalg.solve(self.links[second], self.joints[second] @ behind),
-        )
+        ends = self.joints[first] @ before, self.joints[second] @ behind
+        return loop_at(loop, ends, self.links)

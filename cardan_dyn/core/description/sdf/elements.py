@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from xml.etree import ElementTree
 
 import numpy as np
@@ -19,11 +19,26 @@ _UNLIMITED = 1e16
 _NO_LIMIT = {1.0: ("", "inf", "+inf", "infinity"), -1.0: ("", "-inf", "-infinity")}
 """Sign of a limit to the words, in small letters, that say that there is none."""
 
+_SIZES = {
+    "box": (("size", 3),),
+    "sphere": (("radius", 1),),
+    "cylinder": (("radius", 1), ("length", 1)),
+    "capsule": (("radius", 1), ("length", 1)),
+    "ellipsoid": (("radii", 3),),
+    "plane": (("size", 2),),
+}
+"""What states the size of a shape, and how many numbers that has."""
+
+
+def inside(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element:
+    """Return the child element of a kind; an empty one where there is none."""
+    child = only(element, tag, at)
+    return ElementTree.Element(tag) if child is None else child
+
 
 def text(element: ElementTree.Element, tag: str, default: str, at: str) -> str:
     """Return the text of a child element without blanks around it; empty means the default."""
-    child = only(element, tag, at)
-    return ("" if child is None else (child.text or "").strip(" \t\r\n")) or default
+    return (inside(element, tag, at).text or "").strip(" \t\r\n") or default
 
 
 def number(element: ElementTree.Element, tag: str, default: str, at: str) -> float:
@@ -67,29 +82,40 @@ def limit(element: ElementTree.Element, tag: str, sign: float, at: str) -> float
     return sign * math.inf if sign * found >= _UNLIMITED or is_negative_rate else found
 
 
+def base_of(element: ElementTree.Element) -> str:
+    """Return the frame that an element's `<pose>` names; empty where it names none."""
+    stated = element.find("pose")
+    return "" if stated is None else stated.get("relative_to", "")
+
+
 def pose(element: ElementTree.Element, at: str) -> Array:
     """Return the `(4, 4)` placement that an element's `<pose>` states; identity without one.
 
     Raises:
         ModelError: these are not six numbers, or seven with a quaternion.
     """
-    stated = only(element, "pose", at)
-    result = np.eye(4)
-    if stated is None or not (stated.text or "").strip():
+    stated, result = inside(element, "pose", at), np.eye(4)
+    if not (stated.text or "").strip():
         return result
     at = f"{at}: pose"
     kind = stated.get("rotation_format", "euler_rpy")
-    if kind not in ("euler_rpy", "quat_xyzw"):
-        raise ModelError(f"{at}: rotation_format {kind!r} is unknown: euler_rpy or quat_xyzw")
     in_degrees = flag(stated.get("degrees", "false"), f"{at}: degrees")
     if kind == "quat_xyzw":
         if in_degrees:
             raise ModelError(f"{at}: degrees has no meaning for quat_xyzw")
         values = numbers(stated.text, 7, "", at)
         result[:3, :3] = rotation_of_quaternion(np.roll(values[3:], 1), at)
-    else:
+    elif kind == "euler_rpy":
         values = numbers(stated.text, 6, "", at)
         angles = values[3:] * (math.pi / 180.0 if in_degrees else 1.0)
         result[:3, :3] = rotation(*angles.tolist())
+    else:
+        raise ModelError(f"{at}: rotation_format {kind!r} is unknown: euler_rpy or quat_xyzw")
     result[:3, 3] = values[:3]
     return result
+
+
+def sizes_of(shape: ElementTree.Element, at: str, mark: str = ": ") -> Iterator[tuple[str, Array]]:
+    """Yield what states the size of a shape, and its numbers; `mark` is between names of both."""
+    for tag, count in _SIZES[shape.tag]:
+        yield tag, numbers(text(shape, tag, "", at), count, "", f"{at}{mark}{tag}")

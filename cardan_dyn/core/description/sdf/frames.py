@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
 
 from ....kit.arrays import Array, inverse
 from ....kit.errors import ModelError, choices
-from ..elements import check_unique, name_of, only
-from .elements import pose, text
+from ..elements import check_unique, name_of
+from .elements import base_of, pose, text
 
 MODEL = "__model__"
 """Name of the frame of the model itself."""
 WORLD = "world"
 """Name of what stands still."""
-FIRST_WITH_FRAMES = (1, 7)
-"""Version from which on `relative_to`, `attached_to` and `expressed_in` name frames."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Frame:
+class _Frame(NamedTuple):
     """A named frame.
 
     Attributes:
@@ -37,7 +34,7 @@ class _Frame:
 
 
 class NamedFrames:
-    """The frames of a model.
+    """The frames of a model in `plain` words.
 
     Attributes:
         links: names of the links in file order, as keys.
@@ -45,62 +42,53 @@ class NamedFrames:
         further: names of the `<frame>`s in file order.
     """
 
-    def __init__(
-        self,
-        model: ElementTree.Element,
-        version: tuple[int, int],
-        where: str,
-        standing: Mapping[str, Array] | None = None,
-    ) -> None:
+    def __init__(self, model: ElementTree.Element, where: str, has_names: bool = True) -> None:
         """Read the frames.
 
         Args:
             model: the `<model>`.
-            version: of the format.
             where: how messages name the source of the text.
-            standing: `(4, 4)` placements in the world of links that do not state theirs.
+            has_names: whether joints are frames, too; in versions before 1.7, links and joints may
+                share names.
 
         Raises:
             ModelError: names are missing or repeated, or a pose is malformed.
         """
-        self._version, self._where = version, where
+        self._where = where
         names = {
             tag: [name_of(item, where) for item in model.findall(tag)]
             for tag in ("link", "joint", "frame")
         }
-        self._check_names(names)
+        self._check_names(names, has_names)
         self.links = dict.fromkeys(names["link"])
         self.further = tuple(names["frame"])
-        self.canonical = self._canonical(model)
+        self.canonical = model.get("canonical_link") or names["link"][0]
+        if self.canonical not in self.links:
+            raise ModelError(
+                f"{where}: canonical_link {self.canonical!r} does not exist; links: "
+                f"{choices(self.links, self.canonical)}"
+            )
         self._frames: dict[str, _Frame] = {}
         self._joints: dict[str, _Frame] = {}
         for tag in names:
             for item in model.findall(tag):
                 self._add(item, f"{where}: {tag} {item.get('name')!r}")
+        if has_names:
+            self._frames |= self._joints
         self._placements = {WORLD: np.eye(4), MODEL: np.eye(4)}
-        self._placements[MODEL] = self._model_placement(model)
-        self._placements |= standing or {}
+        self._placements = {WORLD: np.eye(4), MODEL: self._model_placement(model)}
 
-    def _check_names(self, names: dict[str, list[str]]) -> None:
+    def _check_names(self, names: dict[str, list[str]], has_names: bool) -> None:
         check_unique([*names["link"], *names["frame"]], "link or frame", self._where)
         check_unique(names["joint"], "joint", self._where)
         everything = [name for listed in names.values() for name in listed]
-        if self.has_names:
+        if has_names:
             check_unique(everything, "link, joint or frame", self._where)
         for name in everything:
             if name == WORLD or (name.startswith("__") and name.endswith("__")):
                 raise ModelError(f"{self._where}: the name {name!r} is reserved; choose another")
         if not names["link"]:
             raise ModelError(f"{self._where}: the model has no <link>")
-
-    def _canonical(self, model: ElementTree.Element) -> str:
-        name = model.get("canonical_link") or next(iter(self.links))
-        if name not in self.links:
-            raise ModelError(
-                f"{self._where}: canonical_link {name!r} does not exist; links: "
-                f"{choices(self.links, name)}"
-            )
-        return name
 
     def _add(self, element: ElementTree.Element, at: str) -> None:
         name, carrier = element.get("name", ""), element.get("attached_to") or MODEL
@@ -109,46 +97,24 @@ class NamedFrames:
             carrier = name
         elif element.tag == "joint":
             carrier = default = text(element, "child", "", at)
-        frame = _Frame(self._base(element, at) or default, pose(element, at), carrier)
-        if element.tag == "joint":
-            self._joints[name] = frame
-        # Before attributes could name frames, links and joints could share a name.
-        if element.tag != "joint" or self.has_names:
-            self._frames[name] = frame
-
-    @property
-    def has_names(self) -> bool:
-        """Whether the version of the format lets attributes name frames."""
-        return self._version >= FIRST_WITH_FRAMES
-
-    def _base(self, element: ElementTree.Element, at: str) -> str:
-        """Return the frame that a `<pose>` names, empty where it names none."""
-        stated = only(element, "pose", at)
-        if stated is None:
-            return ""
-        word, other = ("relative_to", "frame") if self.has_names else ("frame", "relative_to")
-        if stated.get(other):
-            raise ModelError(f"{at}: pose: in this version of SDF the attribute is called {word!r}")
-        return stated.get(word) or ""
+        among = self._joints if element.tag == "joint" else self._frames
+        among[name] = _Frame(base_of(element) or default, pose(element, at), carrier)
 
     def _model_placement(self, model: ElementTree.Element) -> Array:
         """Return the `(4, 4)` placement of the model in the world."""
-        at = f"{self._where}: model"
-        base = self._base(model, at)
+        at, base = f"{self._where}: model", base_of(model)
         if base not in ("", WORLD):
             raise ModelError(
                 f"{at}: its pose is relative to {base!r}; only a pose in the world is read"
             )
-        placement = pose(model, at)
-        placed = model.get("placement_frame")
+        placement, placed = pose(model, at), model.get("placement_frame")
         if not placed:
             return placement
         at = f"{at}: placement_frame"
         # So far the frames are placed as if the model stood at the world's origin.
         in_model = self.placement(placed, at)
-        if self._chain(placed, {MODEL, WORLD}, at)[1] == WORLD:
+        if self._chain(placed, (MODEL, WORLD), at)[1] == WORLD:
             raise ModelError(f"{at}: {placed!r} does not move with the model")
-        self._placements = {WORLD: np.eye(4)}
         return np.asarray(placement @ inverse(in_model))
 
     def placement(self, name: str, at: str) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,7 +13,7 @@ from ....kit.arrays import Array, inverse
 from ....kit.errors import ModelError, choices
 from ..description import Dynamics, JointDescription, Limits, LoopDescription
 from ..elements import DIRECTION_TOLERANCE, DYNAMICS_WORDS, numbers, only, unit
-from .elements import acting, flag, limit, number, text
+from .elements import acting, flag, inside, limit, number, text
 from .frames import MODEL, WORLD, NamedFrames
 
 TYPES = {
@@ -34,12 +34,9 @@ _REFUSED = {
     "a URDF",
 }
 """Types that are not read, and what to do."""
-_AXES_IN_MODEL_UNTIL = (1, 4)
-"""Last version whose axes were written in the model's frame."""
 
 
-@dataclass(frozen=True, eq=False)
-class Edge:
+class Edge(NamedTuple):
     """A joint between two links, before it is known whether it closes a loop.
 
     Attributes:
@@ -63,7 +60,7 @@ class Edge:
     axis_2: Array
     limits: Limits
     is_cut: bool
-    dynamics: Dynamics = field(default_factory=Dynamics)
+    dynamics: Dynamics = Dynamics()
     forces: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -75,112 +72,85 @@ class Edge:
             is_reversed: whether a `fixed` joint carries its parent.
         """
         parent, child = (self.child, self.parent) if is_reversed else (self.parent, self.child)
+        origin = inverse(links[parent]) @ self.placement
+        placement, axes = inverse(self.placement) @ links[child], (self.axis, self.axis_2)
         return JointDescription(
-            name=self.name,
-            type=self.type,
-            parent=parent,
-            child=child,
-            origin=inverse(links[parent]) @ self.placement,
-            axis=self.axis,
-            axis_2=self.axis_2,
-            child_placement=inverse(self.placement) @ links[child],
-            limits=self.limits,
+            *(self.name, self.type, parent, child, origin, *axes, placement, self.limits),
             dynamics=self.dynamics,
         )
 
     def loop(self, links: dict[str, Array]) -> LoopDescription:
         """Return the edge as a loop, which the initial placements close."""
-        return LoopDescription(
-            name=self.name,
-            type=self.type,
-            predecessor=self.parent,
-            successor=self.child,
-            predecessor_origin=inverse(links[self.parent]) @ self.placement,
-            successor_origin=inverse(links[self.child]) @ self.placement,
-            axis=self.axis,
-            axis_2=self.axis_2,
-            dynamics=self.dynamics,
+        first, second = (
+            inverse(links[name]) @ self.placement for name in (self.parent, self.child)
         )
+        links_and_ends = self.parent, self.child, first, second
+        axes = self.axis, self.axis_2
+        return LoopDescription(self.name, self.type, *links_and_ends, *axes, self.dynamics)
 
 
-def edge(
-    element: ElementTree.Element, frames: NamedFrames, version: tuple[int, int], where: str
-) -> Edge:
+def edge(element: ElementTree.Element, frames: NamedFrames, where: str) -> Edge:
     """Return a joint.
+
+    What rubs and springs along it is an element's where all its coordinates have the same, and
+    nothing is negative; else those are forces of which none is made.
 
     Raises:
         ModelError: it is malformed or of a type that is not supported.
     """
-    at = f"{where}: joint {element.get('name')!r}"
+    name = element.get("name", "")
+    at = f"{where}: joint {name!r}"
     kind = TYPES[kind_of(element, at)]
     parent, child = ends(element, frames, at)
-    placement = frames.joint_placement(element.get("name", ""), at)
+    placement = frames.joint_placement(name, at)
     axis = axis_2 = np.array([1.0, 0.0, 0.0])
-    limits, warnings = Limits(), list[str]()
-    if kind not in ("fixed", "spherical"):
-        axis = axis_2 = axis_of(element, "axis", placement, frames, version, at)
-        limits, warnings = _limits(element, kind, at)
+    has_axes, limits = kind not in ("fixed", "spherical"), Limits()
+    if has_axes:
+        axis = axis_2 = axis_of(element, "axis", placement, frames, at)
     if kind == "universal":
-        axis_2 = axis_of(element, "axis2", placement, frames, version, at)
-        _check_right_angle(axis, axis_2, at)
+        axis_2 = axis_of(element, "axis2", placement, frames, at)
+        cosine = float(axis @ axis_2)
+        if abs(cosine) > DIRECTION_TOLERANCE:
+            raise ModelError(
+                f"{at}: its axes are at an angle whose cosine is {cosine:g}, not at right angles; "
+                "write two revolute joints with a link of mass 0 between them"
+            )
+    elif has_axes:
+        # A universal joint has limits per axis, which a description has no place for.
+        bounds = inside(inside(element, "axis", at), "limit", at)
+        limits = Limits(
+            limit(bounds, "lower", -1.0, at),
+            *(limit(bounds, tag, 1.0, at) for tag in ("upper", "velocity", "effort")),
+        )
+    if kind == "continuous":
+        limits = Limits(velocity=limits.velocity, effort=limits.effort)
     if kind == "revolute" and not np.isfinite([limits.lower, limits.upper]).any():
         kind = "continuous"
-    dynamics = dynamics_of(element, kind, at)
+    warnings, forces, along = list[str](), list[str](), list[Dynamics]()
+    for tag in ("axis", "axis2"):
+        part, own = inside(element, tag, at), f"{at}: {tag}"
+        initial = number(part, "initial_position", "0", own) if has_axes else 0.0
+        if initial:
+            warnings.append(
+                f"{own}: initial_position {initial:g} left out: the coordinate is zero in the "
+                "poses of the links"
+            )
+        rubbing = inside(part, "dynamics", own)
+        forces += acting(rubbing, DYNAMICS_WORDS[:3], f"joint {name!r}: {tag}", where)
+        stated = Dynamics(*(number(rubbing, word, "0", own) for word in DYNAMICS_WORDS))
+        # Where nothing springs, its rest means nothing.
+        along.append(stated if stated.stiffness else stated._replace(rest=0.0))
+    dynamics, differ = along[0], kind == "universal" and along[0] != along[1]
+    if not has_axes or differ or min(dynamics[:3]) < 0.0:
+        dynamics = Dynamics()
+    if dynamics.acts:
+        forces = []
+    for ode in element.iterfind("physics/ode"):
+        forces += acting(ode, ("max_force",), f"joint {name!r}: physics", where)
     cut = element.find("physics/simbody/must_be_loop_joint")
     is_cut = cut is not None and flag(cut.text or "", f"{at}: must_be_loop_joint")
-    name = element.get("name", "")
-    return Edge(
-        *(name, kind, parent, child, placement, axis, axis_2, limits, is_cut, dynamics),
-        forces=tuple(_forces(element, dynamics.acts, where)),
-        warnings=tuple(warnings),
-    )
-
-
-def _forces(joint: ElementTree.Element, is_taken: bool, where: str) -> list[str]:
-    """Return the forces of a joint of which no element can be made."""
-    name, forces = f"joint {joint.get('name')!r}", list[str]()
-    for tag in () if is_taken else ("axis", "axis2"):
-        axis = only(joint, tag, f"{where}: {name}")
-        dynamics = None if axis is None else only(axis, "dynamics", f"{where}: {name}")
-        if dynamics is not None:
-            words = ("damping", "friction", "spring_stiffness")
-            forces += acting(dynamics, words, f"{name}: {tag}", where)
-    for ode in joint.iterfind("physics/ode"):
-        forces += acting(ode, ("max_force",), f"{name}: physics", where)
-    return forces
-
-
-def dynamics_of(element: ElementTree.Element, kind: str, at: str) -> Dynamics:
-    """Return what rubs and springs along the coordinates of a joint.
-
-    What cannot be taken in is none: along a joint that has no single coordinate, negative values,
-    and what both axes of a universal joint do not have alike.
-
-    Args:
-        element: the `<joint>`.
-        kind: its type here.
-        at: how messages name it.
-
-    Raises:
-        ModelError: a value is no number.
-    """
-    if kind in ("fixed", "spherical"):
-        return Dynamics()
-    first, second = (_dynamics_of_axis(element, tag, at) for tag in ("axis", "axis2"))
-    if (kind == "universal" and first != second) or min(first[:3]) < 0.0:
-        return Dynamics()
-    return first
-
-
-def _dynamics_of_axis(element: ElementTree.Element, tag: str, at: str) -> Dynamics:
-    """Return what an axis states, nothing where there is none."""
-    axis = only(element, tag, at)
-    dynamics = None if axis is None else only(axis, "dynamics", at)
-    if dynamics is None:
-        return Dynamics()
-    stated = Dynamics(*(number(dynamics, word, "0", f"{at}: {tag}") for word in DYNAMICS_WORDS))
-    # Where nothing springs, its rest means nothing.
-    return stated if stated.stiffness else stated._replace(rest=0.0)
+    placed = (parent, child, placement, axis, axis_2)
+    return Edge(name, kind, *placed, limits, is_cut, dynamics, tuple(forces), tuple(warnings))
 
 
 def kind_of(element: ElementTree.Element, at: str) -> str:
@@ -217,91 +187,29 @@ def ends(element: ElementTree.Element, frames: NamedFrames, at: str) -> tuple[st
 
 
 def axis_of(
-    element: ElementTree.Element,
-    tag: str,
-    placement: Array,
-    frames: NamedFrames,
-    version: tuple[int, int],
-    at: str,
+    element: ElementTree.Element, tag: str, placement: Array, frames: NamedFrames, at: str
 ) -> Array:
     """Return the `(3,)` unit axis of a joint in its frame, whose `(4, 4)` placement is given."""
     axis = only(element, tag, at)
     at = f"{at}: {tag}"
     if axis is None:
-        if tag == "axis":
-            raise ModelError(f"{at} is missing: <axis><xyz>0 0 1</xyz></axis>")
-        axis = ElementTree.Element(tag)  # SDF gives it its default.
+        raise ModelError(f"{at} is missing: <axis><xyz>0 0 1</xyz></axis>")
     stated = numbers(text(axis, "xyz", "0 0 1", at), 3, "", f"{at}: xyz")
     direction = unit(stated, f"{at}: xyz")
-    frame, is_open = _frame_of_axis(axis, frames, version, at)
+    frame = inside(axis, "xyz", at).get("expressed_in")
     if not frame:
         return direction
     turn = frames.placement(frame, f"{at}: expressed_in")[:3, :3]
     found = np.asarray(placement[:3, :3].T @ turn @ direction)
-    if is_open and np.linalg.norm(found - direction) > DIRECTION_TOLERANCE:
+    if not flag(text(axis, "use_parent_model_frame", "false", at), at):
+        return found
+    # Newer versions do not know it: it is to be the same in both frames.
+    if np.linalg.norm(found - direction) > DIRECTION_TOLERANCE:
         raise ModelError(f'{at}: write expressed_in="{MODEL}", not <use_parent_model_frame>')
-    return direction if is_open else found
+    return direction
 
 
-def _frame_of_axis(
-    axis: ElementTree.Element, frames: NamedFrames, version: tuple[int, int], at: str
-) -> tuple[str, bool]:
-    """Return the frame in which an axis is written, and whether it may be the joint's own as well.
-
-    The frame is empty where it is the joint's own.
-    """
-    xyz = only(axis, "xyz", at)
-    named = "" if xyz is None else xyz.get("expressed_in", "")
-    in_model = flag(text(axis, "use_parent_model_frame", "false", at), at)
-    if frames.has_names:
-        return (MODEL, True) if in_model and not named else (named, False)
-    if named:
-        raise ModelError(f"{at}: expressed_in is known from SDF 1.7 on; this is an older version")
-    return MODEL if in_model or version <= _AXES_IN_MODEL_UNTIL else "", False
-
-
-def _check_right_angle(axis: Array, axis_2: Array, at: str) -> None:
-    cosine = float(axis @ axis_2)
-    if abs(cosine) > DIRECTION_TOLERANCE:
-        raise ModelError(
-            f"{at}: its axes are at an angle whose cosine is {cosine:g}, not at right angles; "
-            "write two revolute joints with a link of mass 0 between them"
-        )
-
-
-def _limits(element: ElementTree.Element, kind: str, at: str) -> tuple[Limits, list[str]]:
-    """Return the limits of a joint, and warnings about what else its axes say.
-
-    A universal joint has limits per axis, which a description has no place for; as all limits they
-    play no part in wrenches.
-    """
-    warnings, limits = [], Limits()
-    for tag in ("axis", "axis2"):
-        axis = only(element, tag, at)
-        if axis is None:
-            continue
-        initial = number(axis, "initial_position", "0", f"{at}: {tag}")
-        if initial:
-            warnings.append(
-                f"{at}: {tag}: initial_position {initial:g} left out: the coordinate is zero in "
-                "the poses of the links"
-            )
-        stated = only(axis, "limit", at)
-        if stated is None or kind == "universal" or tag == "axis2":
-            continue
-        limits = Limits(
-            lower=limit(stated, "lower", -1.0, at),
-            upper=limit(stated, "upper", 1.0, at),
-            velocity=limit(stated, "velocity", 1.0, at),
-            effort=limit(stated, "effort", 1.0, at),
-        )
-    if kind == "continuous":
-        limits = Limits(velocity=limits.velocity, effort=limits.effort)
-    return limits, warnings
-
-
-@dataclass
-class SpanningTree:
+class SpanningTree(NamedTuple):
     """A tree over all links, whose root is the world.
 
     Attributes:
@@ -311,9 +219,9 @@ class SpanningTree:
         loops: the other joints in file order.
     """
 
-    joints: list[tuple[Edge, bool]] = field(default_factory=list)
-    floating: list[str] = field(default_factory=list)
-    loops: list[Edge] = field(default_factory=list)
+    joints: list[tuple[Edge, bool]]
+    floating: list[str]
+    loops: list[Edge]
 
 
 def spanning_tree(links: Collection[str], canonical: str, edges: list[Edge]) -> SpanningTree:
@@ -332,82 +240,49 @@ def spanning_tree(links: Collection[str], canonical: str, edges: list[Edge]) -> 
         canonical: name of the one that carries the model's frame.
         edges: all joints in file order.
     """
-    tree = SpanningTree()
+    tree = SpanningTree([], [], [])
     around: dict[str, list[int]] = {name: [] for name in (WORLD, *links)}
     for index, item in enumerate(edges):
         if not item.is_cut:
             around[item.parent].append(index)
             if item.type == "fixed":
                 around[item.child].append(index)
-    reached = {WORLD}
+    reached: set[str] = set()
     used: set[int] = set()
-    _grow(tree, WORLD, edges, around, reached, used)
-    while len(reached) <= len(links):
-        root = _next_root([name for name in links if name not in reached], canonical, edges)
-        tree.floating.append(root)
+    for root in (WORLD, *_roots(links, canonical, edges)):
+        if root in reached:
+            continue
+        tree.floating.extend([root] * (root != WORLD))
         reached.add(root)
-        _grow(tree, root, edges, around, reached, used)
-    tree.loops = [item for index, item in enumerate(edges) if index not in used]
+        waiting = list(around[root])
+        while waiting:
+            index = heapq.heappop(waiting)
+            item = edges[index]
+            is_reversed = item.parent not in reached
+            child = item.parent if is_reversed else item.child
+            if child not in reached:
+                reached.add(child)
+                used.add(index)
+                tree.joints.append((item, is_reversed))
+                for other in around[child]:
+                    heapq.heappush(waiting, other)
+    tree.loops.extend(item for index, item in enumerate(edges) if index not in used)
     return tree
 
 
-def _grow(
-    tree: SpanningTree,
-    start: str,
-    edges: list[Edge],
-    around: dict[str, list[int]],
-    reached: set[str],
-    used: set[int],
-) -> None:
-    """Add all links that joints carry from one that was just reached."""
-    waiting = list(around[start])
-    heapq.heapify(waiting)
-    while waiting:
-        index = heapq.heappop(waiting)
-        item = edges[index]
-        is_reversed = item.parent not in reached
-        child = item.parent if is_reversed else item.child
-        if child in reached:
-            continue
-        reached.add(child)
-        used.add(index)
-        tree.joints.append((item, is_reversed))
-        for other in around[child]:
-            heapq.heappush(waiting, other)
+def _roots(links: Collection[str], canonical: str, edges: list[Edge]) -> list[str]:
+    """Return the links in the order in which they are to float, if they do.
 
-
-def _next_root(left: list[str], canonical: str, edges: list[Edge]) -> str:
-    """Return the link that is to float: one that no other link carries, if there is one.
-
-    Of several such links, the canonical one or else the first in the file is taken.
+    Those that no other body carries come first, of these the canonical one.
     """
-    bodies = _bodies(left, edges)
-    carried = {
-        bodies[item.child]
-        for item in edges
-        if not item.is_cut
-        and item.type != "fixed"
-        and item.parent in bodies
-        and item.child in bodies
-        and bodies[item.parent] != bodies[item.child]
-    }
-    free = [name for name in left if bodies[name] not in carried] or left
-    return canonical if canonical in free else free[0]
-
-
-def _bodies(left: list[str], edges: list[Edge]) -> dict[str, str]:
-    """Return link to the first of the links that fixed joints make one body with it."""
-    around: dict[str, list[str]] = {name: [] for name in left}
+    first = {name: name for name in (WORLD, *links)}
     for item in edges:
-        if item.type == "fixed" and not item.is_cut and item.parent in around:
-            around[item.parent].append(item.child)
-            around[item.child].append(item.parent)
-    bodies: dict[str, str] = {}
-    for first in left:
-        waiting = [first]
-        while waiting:
-            name = waiting.pop()
-            if name not in bodies:
-                bodies[name] = first
-                waiting += around[name]
-    return bodies
+        if item.type == "fixed" and not item.is_cut:
+            kept, merged = first[item.parent], first[item.child]
+            first.update((name, kept) for name, body in first.items() if body == merged)
+    carried = {
+        first[item.child]
+        for item in edges
+        if not item.is_cut and first[item.parent] != first[item.child]
+    }
+    return sorted((canonical, *links), key=lambda name: first[name] in carried)

@@ -9,21 +9,31 @@ stands once; a screw becomes a hinge and a slide that follows it; joints that Ga
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import re
 from copy import deepcopy
-from xml.etree.ElementTree import Element, SubElement
+from xml.etree.ElementTree import Element, SubElement, fromstring
 
 from ....kit.errors import ModelError, choices
 from ..elements import only
 from .elements import flag, number, text
-from .frames import FIRST_WITH_FRAMES, MODEL, WORLD
+from .frames import MODEL, WORLD
 
+FIRST_WITH_FRAMES = (1, 7)
+"""Version from which on `relative_to`, `attached_to` and `expressed_in` name frames."""
+_VERSIONS = ((1, 4), (1, 12))
+"""First and last version that is read."""
+_AXES_IN_MODEL_UNTIL = (1, 4)
+"""Last version whose axes were written in the model's frame."""
+TWO_AXES = ("universal", "revolute2", "gearbox")
+"""SDF's words for joints that have an `<axis2>`."""
+_MASSLESS = """<link><inertial><mass>0</mass>
+<inertia><ixx>0</ixx><iyy>0</iyy><izz>0</izz></inertia></inertial></link>"""
 _ZERO_BY_DEFAULT = ("velocity_decay", "dynamics")
 """Elements in which numbers that are not there are zero."""
 
 
 def plain(
-    root: Element, version: tuple[int, int], where: str, strict: bool, model: str | None = None
+    root: Element, where: str, strict: bool, model: str | None = None
 ) -> tuple[Element, list[str]]:
     """Return the model of a text, and warnings about what stands beside it.
 
@@ -31,7 +41,6 @@ def plain(
 
     Args:
         root: outermost element; it is not changed.
-        version: of the format.
         where: how messages name the source of the text.
         strict: whether what a world includes is refused.
         model: name of the one to read; None where there is only one.
@@ -39,11 +48,105 @@ def plain(
     Raises:
         ModelError: which model is meant is open, or it cannot be said in plain words.
     """
+    version = version_of(root, where)
     chosen, warnings = _chosen(root, where, strict, model)
     whole = deepcopy(chosen)
     _merge(whole)
     _flatten(whole, version, where)
+    modern(whole, version, where)
     return whole, warnings
+
+
+def version_of(root: Element, where: str) -> tuple[int, int]:
+    """Return the version of the format that a text states."""
+    stated = root.get("version") or ""
+    if not re.fullmatch(r"[0-9]+\.[0-9]+", stated):
+        raise ModelError(f"{where}: <sdf> needs its version, such as 1.9, not {stated!r}")
+    major, minor = (int(word) for word in stated.split("."))
+    first, last = _VERSIONS
+    if not first <= (major, minor) <= last:
+        raise ModelError(
+            f"{where}: SDF {stated} is not read, only versions {first[0]}.{first[1]} to "
+            f"{last[0]}.{last[1]}; `gz sdf -p FILE` converts older ones"
+        )
+    return major, minor
+
+
+def modern(model: Element, version: tuple[int, int], where: str) -> None:
+    """Let a model name frames as versions from 1.7 on do, whatever its own version is.
+
+    Raises:
+        ModelError: it has a word that its version does not know.
+    """
+    has_names = version >= FIRST_WITH_FRAMES
+    word, other = ("relative_to", "frame") if has_names else ("frame", "relative_to")
+    joints = model.findall("joint")
+    for item in (model, *model.findall("link"), *joints, *model.findall("frame")):
+        at = f"{where}: {item.tag}" + f" {item.get('name')!r}" * (item is not model)
+        stated = only(item, "pose", at)
+        if stated is not None and stated.get(other):
+            raise ModelError(f"{at}: pose: in this version of SDF the attribute is called {word!r}")
+    for place in model.iter("pose"):
+        if "frame" in place.attrib:
+            place.set("relative_to", place.get("relative_to") or place.attrib.pop("frame"))
+    for joint in joints:
+        kind = (joint.get("type") or "").lower()
+        for tag in ("axis", "axis2") if kind not in ("fixed", "ball") else ():
+            at = f"{where}: joint {joint.get('name')!r}: {tag}"
+            axis = only(joint, tag, at)
+            if axis is None and (tag == "axis" or kind not in TWO_AXES):
+                continue  # Whoever needs it says that it is missing.
+            if axis is None:
+                axis = SubElement(joint, tag)
+            in_model = flag(text(axis, "use_parent_model_frame", "false", at), at)
+            xyz = only(axis, "xyz", at)
+            if xyz is None:
+                xyz = SubElement(axis, "xyz")
+            named = xyz.get("expressed_in")
+            if named and not has_names:
+                raise ModelError(
+                    f"{at}: expressed_in is known from SDF 1.7 on; this is an older version"
+                )
+            if not named and (in_model or version <= _AXES_IN_MODEL_UNTIL):
+                xyz.set("expressed_in", MODEL)
+            if named or not has_names:  # Else it is to say the same with and without.
+                axis[:] = [part for part in axis if part.tag != "use_parent_model_frame"]
+
+
+def of_urdf(robot: Element, where: str) -> tuple[Element, bool]:
+    """Return the model that sdformat makes of a URDF for the joints that `<gazebo>` adds to it.
+
+    Links are placed relative to each other, as joints of the URDF say. These are frames on their
+    children, which `<gazebo>` may add to, unless the second value says that a joint has
+    `<use_parent_model_frame>`: such a model is one of SDF 1.6, the last version that knows it.
+    """
+    added = robot.findall("gazebo/joint")
+    is_flagged = any(joint.find("*/use_parent_model_frame") is not None for joint in added)
+    carried: dict[str, tuple[str, Element]] = {}
+    for joint in robot.findall("joint"):
+        parent, child = joint.find("parent"), joint.find("child")
+        if parent is not None and child is not None:
+            carried.setdefault(child.get("link", ""), (parent.get("link", ""), joint))
+    model, links = Element("model"), [link.get("name", "") for link in robot.findall("link")]
+    for link in links:
+        if link == WORLD and link not in carried:
+            continue
+        body = SubElement(model, "link", name=link)
+        if link in carried:
+            base, joint = carried[link]
+            origin = joint.find("origin")
+            stated = {} if origin is None else origin.attrib
+            pose = SubElement(body, "pose", {"frame" if is_flagged else "relative_to": base})
+            pose.text = f"{stated.get('xyz', '0 0 0')} {stated.get('rpy', '0 0 0')}"
+    if not is_flagged:
+        taken = {*links, *(item.get("name") for item in added)}
+        for link, (_, joint) in carried.items():
+            if joint.get("name") not in taken:
+                SubElement(model, "frame", name=joint.get("name", ""), attached_to=link)
+        model.extend(deepcopy(robot.findall("gazebo/frame")))
+    model.extend(deepcopy(added))
+    modern(model, (1, 6) if is_flagged else (1, 7), where)
+    return model, is_flagged
 
 
 def is_static(model: Element, where: str) -> bool:
@@ -159,9 +262,10 @@ def _flatten(model: Element, version: tuple[int, int], where: str) -> None:
             ):
                 model.append(child)
     _attach(model, where)
+    word = "relative_to" if version >= FIRST_WITH_FRAMES else "frame"
     for joint in model.findall("joint"):
         if (joint.get("type") or "").lower() == "screw":
-            _replace_screw(model, joint, version, f"{where}: joint {joint.get('name')!r}")
+            _replace_screw(model, joint, word, f"{where}: joint {joint.get('name')!r}")
 
 
 def _within(name: str, model: str) -> str:
@@ -173,8 +277,11 @@ def _within(name: str, model: str) -> str:
 
 def _rename(element: Element, model: str) -> None:
     """Let a link, joint or frame of a model in the model stand in the outer one."""
-    for part, word in _names(element):
-        part.set(word, _within(part.get(word, ""), model))
+    element.set("name", _within(element.get("name", ""), model))
+    for part in element.iter():
+        for word in ("relative_to", "attached_to", "expressed_in", "joint"):
+            if part.get(word) and (word != "joint" or part.tag == "mimic"):
+                part.set(word, _within(part.get(word, ""), model))
     for tag in ("parent", "child", "gearbox_reference_body"):
         for part in element.findall(tag):
             part.text = _within(_said(part), model)
@@ -185,17 +292,6 @@ def _rename(element: Element, model: str) -> None:
         place.set("relative_to", place.get("relative_to") or model)
     if element.tag == "frame":
         element.set("attached_to", element.get("attached_to") or model)
-
-
-def _names(element: Element) -> Iterator[tuple[Element, str]]:
-    """Yield all attributes that name a frame or joint."""
-    yield element, "name"
-    for part in element.iter():
-        for word in ("relative_to", "attached_to", "expressed_in"):
-            if part.get(word):
-                yield part, word
-        if part.tag == "mimic":
-            yield part, "joint"
 
 
 def _attach(model: Element, where: str) -> None:
@@ -217,7 +313,7 @@ def _attach(model: Element, where: str) -> None:
         model.remove(plugin)
 
 
-def _replace_screw(model: Element, joint: Element, version: tuple[int, int], at: str) -> None:
+def _replace_screw(model: Element, joint: Element, word: str, at: str) -> None:
     """Make a hinge of a screw, and a slide that follows it by the pitch of a turn."""
     pitch, turns = only(joint, "screw_thread_pitch", at), only(joint, "thread_pitch", at)
     if pitch is not None:
@@ -244,12 +340,8 @@ def _replace_screw(model: Element, joint: Element, version: tuple[int, int], at:
     for part in [*axis.findall("mimic"), *axis.findall("dynamics"), *axis.findall("limit")]:
         axis.remove(part)
     SubElement(SubElement(axis, "mimic", joint=name), "multiplier").text = repr(ratio)
-    between = SubElement(model, "link", name=nut)
-    word = "relative_to" if version >= FIRST_WITH_FRAMES else "frame"
+    between = fromstring(_MASSLESS)
+    between.set("name", nut)
     SubElement(between, "pose", {word: child})
-    massless = SubElement(between, "inertial")
-    SubElement(massless, "mass").text = "0"
-    inertia = SubElement(massless, "inertia")
-    for tag in ("ixx", "iyy", "izz"):
-        SubElement(inertia, tag).text = "0"
+    model.append(between)
     model.insert(list(model).index(joint) + 1, slide)

@@ -14,7 +14,6 @@ cannot be read exactly is refused, and the message names it.
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
@@ -38,14 +37,12 @@ from ..left_out import dynamics_left_out, forces_left_out
 from ..mimics import check_mimics, default_name
 from ..urdf import MOMENTS, check_inertia, tensor_of
 from ..words import check_words
-from .elements import acting, flag, number, pose, text
+from .elements import acting, base_of, flag, inside, number, pose, text
 from .frames import WORLD, NamedFrames
-from .joints import GEARBOX, Edge, SpanningTree, axis_of, edge, ends, kind_of, spanning_tree
-from .plain import is_static, plain
+from .joints import GEARBOX, SpanningTree, axis_of, edge, ends, kind_of, spanning_tree
+from .plain import FIRST_WITH_FRAMES, is_static, plain, version_of
 from .solids import solid
 
-_VERSIONS = ((1, 4), (1, 12))
-"""First and last version that is read."""
 _GRAVITY = "0 0 -9.8"
 """That of a world which says nothing of it [m/s²]. Source: SDFormat 1.12, `<world>`."""
 _IGNORED = ("plugin", "gripper")
@@ -67,12 +64,12 @@ def parse(
     Raises:
         ModelError: what is wrong, where, and the valid choices.
     """
-    version = version_of(root, where)
+    has_names = version_of(root, where) >= FIRST_WITH_FRAMES
     warnings = check_words(root, "sdf", where, strict)
-    model, besides = plain(root, version, where, strict, name)
+    model, besides = plain(root, where, strict, name)
     check_size(1 + len(model.findall("link")), where)
     _check_contents(model, where)
-    reader = _Reader(model, version, where, strict)
+    reader = _Reader(model, NamedFrames(model, where, has_names), where, strict)
     description = reader.description([*warnings, *besides])
     return replace(description, **_gravity(root, model, where))
 
@@ -88,21 +85,6 @@ def _gravity(root: ElementTree.Element, model: ElementTree.Element, where: str) 
             given = (stated[0].text or "").strip() if stated else _GRAVITY
             return {"gravity": numbers(given, 3, "", at), "states_gravity": bool(stated)}
     return {}
-
-
-def version_of(root: ElementTree.Element, where: str) -> tuple[int, int]:
-    """Return the version of the format that a text states."""
-    stated = root.get("version") or ""
-    if not re.fullmatch(r"[0-9]+\.[0-9]+", stated):
-        raise ModelError(f"{where}: <sdf> needs its version, such as 1.9, not {stated!r}")
-    major, minor = (int(word) for word in stated.split("."))
-    first, last = _VERSIONS
-    if not first <= (major, minor) <= last:
-        raise ModelError(
-            f"{where}: SDF {stated} is not read, only versions {first[0]}.{first[1]} to "
-            f"{last[0]}.{last[1]}; `gz sdf -p FILE` converts older ones"
-        )
-    return major, minor
 
 
 def _check_contents(model: ElementTree.Element, where: str) -> None:
@@ -122,39 +104,60 @@ def _check_contents(model: ElementTree.Element, where: str) -> None:
 
 class _Reader:
     def __init__(
-        self, model: ElementTree.Element, version: tuple[int, int], where: str, strict: bool
+        self, model: ElementTree.Element, frames: NamedFrames, where: str, strict: bool
     ) -> None:
-        self._model, self._version = model, version
-        self._where, self._strict = where, strict
-        self._frames = NamedFrames(model, version, where)
-        self._frames.check()
+        frames.check()
+        self._model, self._frames, self._where, self._strict = model, frames, where, strict
         self._forces: list[str] = []
         self._warnings: list[str] = []
-        self._placements = {WORLD: np.eye(4)}
-        self._joint_names = {item.get("name", "") for item in model.findall("joint")}
+        self._placements = {WORLD: np.eye(4)} | {
+            name: frames.placement(name, where) for name in frames.links
+        }
+        self._of_joint = {item.get("name", ""): item for item in model.findall("joint")}
+        self._taken = {*self._of_joint}
 
     def description(self, warnings: list[str]) -> Description:
         """Return the model's description; `warnings` are those that were found before."""
-        links = [LinkDescription(WORLD), *(self._link(item) for item in self._of("link"))]
-        edges = [self._edge(item) for item in self._of("joint") if not self._is_gearbox(item)]
-        if is_static(self._model, self._where):
-            tree, joints, couplings = SpanningTree(), self._held(edges), []
+        model, frames, where = self._model, self._frames, self._where
+        links = [LinkDescription(WORLD), *map(self._link, model.findall("link"))]
+        edges = [
+            edge(item, frames, where)
+            for name, item in self._of_joint.items()
+            if kind_of(item, f"{where}: joint {name!r}") != GEARBOX
+        ]
+        for item in edges:
+            self._warnings += item.warnings
+            self._forces += item.forces
+        tree, couplings = SpanningTree([], [], []), list[CouplingDescription]()
+        if is_static(model, where):
+            self._warnings += [
+                f"{where}: joint {item.name!r} left out: the model is static" for item in edges
+            ]
+            joints = [self._to_world(link, "fixed") for link in frames.links]
         else:
-            tree = spanning_tree(self._frames.links, self._frames.canonical, edges)
-            joints = self._joints(tree, edges)
+            tree = spanning_tree(frames.links, frames.canonical, edges)
+            joints = [self._floating(link) for link in tree.floating]
+            ways = {item.name: is_reversed for item, is_reversed in tree.joints}
+            joints += [
+                item.joint(self._placements, ways[item.name]) for item in edges if item.name in ways
+            ]
             couplings = self._couplings(joints)
-        self._note_flag(self._model, "enable_wind", "false", "model")
-        for tag in _IGNORED:
-            for item in self._of(tag):
-                self._warnings.append(
-                    f"{self._where}: <{tag}> {item.get('name', '')!r} passed over: forces that it "
-                    "makes are unknown here"
-                )
+        self._note_flag(model, "enable_wind", "false", "model")
+        self._warnings += [
+            f"{where}: <{tag}> {item.get('name', '')!r} passed over: forces that it makes are "
+            "unknown here"
+            for tag in _IGNORED
+            for item in model.findall(tag)
+        ]
         loops = tuple(item.loop(self._placements) for item in tree.loops)
-        left_out = dynamics_left_out([*joints, *loops], self._where)
-        left_out += forces_left_out(self._forces, self._where, self._strict)
+        left_out = dynamics_left_out([*joints, *loops], where)
+        left_out += forces_left_out(self._forces, where, self._strict)
+        further = {}
+        for name in frames.further:
+            link, place = frames.link(name, where), frames.placement(name, where)
+            further[name] = link, inverse(self._placements[link]) @ place
         return Description(
-            name=self._model.get("name") or "mechanism",
+            name=model.get("name") or "mechanism",
             links=tuple(links),
             joints=tuple(joints),
             order=tuple(joint.name for joint in joints),
@@ -162,79 +165,32 @@ class _Reader:
             couplings=tuple(couplings),
             notation="SDF joints beyond a tree" if tree.loops else "no loops",
             warnings=(*warnings, *self._warnings, *left_out),
-            frames=frozen({name: self._carried(name) for name in self._frames.further}),
+            frames=frozen(further),
         )
-
-    def _carried(self, name: str) -> tuple[str, Array]:
-        """Return the link that a frame moves with, and its `(4, 4)` placement there."""
-        at = f"{self._where}: {name!r}"
-        link, placement = self._frames.link(name, at), self._frames.placement(name, at)
-        return link, inverse(self._frames.placement(link, at)) @ placement
-
-    def _of(self, tag: str) -> list[ElementTree.Element]:
-        return self._model.findall(tag)
-
-    def _is_gearbox(self, joint: ElementTree.Element) -> bool:
-        return kind_of(joint, f"{self._where}: joint {joint.get('name')!r}") == GEARBOX
-
-    def _edge(self, element: ElementTree.Element) -> Edge:
-        found = edge(element, self._frames, self._version, self._where)
-        self._warnings += found.warnings
-        self._forces += found.forces
-        return found
 
     def _link(self, element: ElementTree.Element) -> LinkDescription:
         name = element.get("name", "")
         at = f"{self._where}: link {name!r}"
-        self._placements[name] = self._frames.placement(name, at)
-        self._note_forces(element, at)
+        self._note_forces(element, name, at)
         inertial = only(element, "inertial", at)
         if inertial is None:
             self._warnings.append(f"{at}: without <inertial>, SDF gives it 1 kg and 1 kg·m²")
             return LinkDescription(name, 1.0, np.zeros(3), np.eye(3))
         if flag(inertial.get("auto", "false"), f"{at}: inertial auto"):
-            return self._solid(name, element, inertial, at)
-        stated = only(inertial, "pose", at)
-        if stated is not None and (stated.get("relative_to") or stated.get("frame")):
+            return LinkDescription(name, *solid(element, inertial, at))
+        if base_of(inertial):
             raise ModelError(f"{at}: the pose of <inertial> is in the link; it names no frame")
-        return self._massive(name, inertial, pose(inertial, f"{at}: inertial"), at)
-
-    def _solid(
-        self, name: str, link: ElementTree.Element, inertial: ElementTree.Element, at: str
-    ) -> LinkDescription:
-        """Return a link with the mass of its collision shapes, by their density."""
-        for tag in ("mass", "pose", "inertia"):
-            if inertial.find(tag) is not None:
-                raise ModelError(f'{at}: <{tag}> and auto="true" exclude each other; keep one')
-        mass, centre, tensor = solid(link, number(inertial, "density", "1000", at), at)
-        return LinkDescription(name, mass, centre, tensor)
-
-    def _note_forces(self, link: ElementTree.Element, at: str) -> None:
-        """Note weight that is switched off, wind, decay and added mass of a link."""
-        name = f"link {link.get('name')!r}"
-        for tag, default in (("gravity", "true"), ("enable_wind", "false"), ("kinematic", "false")):
-            self._note_flag(link, tag, default, name)
-        decay = only(link, "velocity_decay", at)
-        if decay is not None:
-            words = ("linear", "angular")
-            self._forces += acting(decay, words, f"{name}: velocity_decay", self._where)
-        inertial = only(link, "inertial", at)
-        added = None if inertial is None else only(inertial, "fluid_added_mass", at)
-        if added is not None:
-            tags = [child.tag for child in added]
-            self._forces += acting(added, tags, f"{name}: fluid_added_mass", self._where)
-
-    def _note_flag(self, element: ElementTree.Element, tag: str, default: str, name: str) -> None:
-        word = text(element, tag, default, f"{self._where}: {name}")
-        if flag(word, f"{self._where}: {name}: {tag}") != (default == "true"):
-            self._forces.append(f"{name}: {tag} {word}")
-
-    def _massive(
-        self, name: str, inertial: ElementTree.Element, frame: Array, at: str
-    ) -> LinkDescription:
-        """Return a link with the mass and inertia of an `<inertial>` whose frame is given."""
-        mass = number(inertial, "mass", "1", at)
-        tensor = self._tensor(inertial, at)
+        frame, mass = pose(inertial, f"{at}: inertial"), number(inertial, "mass", "1", at)
+        inertia, tensor = only(inertial, "inertia", at), np.eye(3)
+        if inertia is None:
+            self._warnings.append(f"{at}: without <inertia>, SDF gives it 1 kg·m²")
+        else:
+            needed = dict.fromkeys(("ixx", "iyy", "izz"), "")
+            moments = (
+                numbers(text(inertia, tag, needed.get(tag, "0"), at), 1, "", f"{at}: inertia {tag}")
+                for tag in MOMENTS
+            )
+            tensor = tensor_of(*(float(moment[0]) for moment in moments))
         if mass == 0.0 and not np.any(tensor):
             return LinkDescription(name)
         if mass < LEAST_MASS and (self._strict or mass):
@@ -245,91 +201,80 @@ class _Reader:
         if mass == 0.0:
             self._warnings.append(f"{at}: mass 0 kg: an inertia without mass")
         warning = check_inertia(tensor, at, self._strict)
-        if warning:
-            self._warnings.append(warning)
+        self._warnings += [warning] * bool(warning)
         turn = frame[:3, :3]
         return LinkDescription(name, mass, frame[:3, 3], turn @ tensor @ turn.T)
 
-    def _tensor(self, inertial: ElementTree.Element, at: str) -> Array:
-        """Return the inertia `(3, 3)` about the centre of mass, in the axes of `<inertial>`."""
-        inertia = only(inertial, "inertia", at)
-        if inertia is None:
-            self._warnings.append(f"{at}: without <inertia>, SDF gives it 1 kg·m²")
-            return np.eye(3)
-        moments = []
-        for tag in MOMENTS:
-            default = "" if tag in ("ixx", "iyy", "izz") else "0"
-            value = text(inertia, tag, default, at)
-            moments.append(float(numbers(value, 1, "", f"{at}: inertia {tag}")[0]))
-        return tensor_of(*moments)
+    def _note_forces(self, link: ElementTree.Element, name: str, at: str) -> None:
+        """Note weight that is switched off, wind, decay and added mass of a link."""
+        owner = f"link {name!r}"
+        for tag, default in (("gravity", "true"), ("enable_wind", "false"), ("kinematic", "false")):
+            self._note_flag(link, tag, default, owner)
+        decay, added = (
+            inside(link, "velocity_decay", at),
+            inside(inside(link, "inertial", at), "fluid_added_mass", at),
+        )
+        for item, tags in ((decay, ("linear", "angular")), (added, [part.tag for part in added])):
+            self._forces += acting(item, tags, f"{owner}: {item.tag}", self._where)
 
-    def _joints(self, tree: SpanningTree, edges: list[Edge]) -> list[JointDescription]:
-        """Return the joints of the tree in file order, after those of links that float."""
-        joints = []
-        for link in tree.floating:
-            joint = self._to_world(link, "floating")
-            joints.append(joint)
-            self._warnings.append(
-                f"{self._where}: link {link!r} floats (joint {joint.name!r}), as no joint carries "
-                f'it from the world; <joint type="fixed"> with parent world holds it'
-            )
-        reversed_of = {item.name: is_reversed for item, is_reversed in tree.joints}
-        joints += [
-            item.joint(self._placements, reversed_of[item.name])
-            for item in edges
-            if item.name in reversed_of
-        ]
-        return joints
+    def _note_flag(self, element: ElementTree.Element, tag: str, default: str, name: str) -> None:
+        word = text(element, tag, default, f"{self._where}: {name}")
+        if flag(word, f"{self._where}: {name}: {tag}") != (default == "true"):
+            self._forces.append(f"{name}: {tag} {word}")
 
-    def _held(self, edges: list[Edge]) -> list[JointDescription]:
-        """Return the joints that hold each link of a static model, whose own do not move."""
-        self._warnings += [
-            f"{self._where}: joint {item.name!r} left out: the model is static" for item in edges
-        ]
-        return [self._to_world(link, "fixed") for link in self._frames.links]
+    def _floating(self, link: str) -> JointDescription:
+        """Return the joint of a link that no joint carries from the world."""
+        joint = self._to_world(link, "floating")
+        self._warnings.append(
+            f"{self._where}: link {link!r} floats (joint {joint.name!r}), as no joint carries it "
+            'from the world; <joint type="fixed"> with parent world holds it'
+        )
+        return joint
 
     def _to_world(self, link: str, kind: str) -> JointDescription:
         """Return a joint of a type between the world and a link, which the file does not have."""
-        name = unique(f"{link}_{kind}", self._joint_names)
-        self._joint_names.add(name)
         axis = np.array([1.0, 0.0, 0.0])
-        return JointDescription(name, kind, WORLD, link, self._placements[link], axis, axis)
+        placed = (WORLD, link, self._placements[link], axis, axis)
+        return JointDescription(self._unique(f"{link}_{kind}"), kind, *placed)
+
+    def _unique(self, name: str) -> str:
+        found = unique(name, self._taken)
+        self._taken.add(found)
+        return found
 
     def _couplings(self, joints: list[JointDescription]) -> list[CouplingDescription]:
         """Return the gearboxes, and the axes that mimic others, of the joints of the tree."""
         self._tree = {joint.name: joint for joint in joints}
         self._carriers = {joint.child: joint for joint in joints}
         found: list[CouplingDescription] = []
-        for element in self._of("joint"):
-            if self._is_gearbox(element):
-                found.append(self._gearbox(element))
+        for name, element in self._of_joint.items():
+            at = f"{self._where}: joint {name!r}"
+            if kind_of(element, at) == GEARBOX:
+                found.append(self._gearbox(element, name, at))
             for tag in ("axis", "axis2"):
                 mimic = element.find(f"{tag}/mimic")
                 if mimic is not None:
-                    found.append(self._mimic(element, tag, mimic))
+                    found.append(self._mimic(name, tag, mimic, f"{at}: {tag}: mimic"))
                     check_mimics(found, self._where)
         return found
 
-    def _gearbox(self, element: ElementTree.Element) -> CouplingDescription:
+    def _gearbox(self, element: ElementTree.Element, name: str, at: str) -> CouplingDescription:
         """Return a gearbox, which makes two angles, of parent and child on a third body, a ratio.
 
         It couples links, whose motions a description adds up from their nearest common ancestor. So
         it says the same only of two hinges of the tree that turn on the same body.
         """
-        name = element.get("name", "")
-        at = f"{self._where}: joint {name!r}"
         reference = text(element, "gearbox_reference_body", "", at)
         if not reference:
             raise ModelError(f"{at}: <gearbox_reference_body> is missing")
         base = self._frames.link(reference, f"{at}: gearbox_reference_body")
         placement = self._frames.joint_placement(name, at)
-        ratio = -number(element, "gearbox_ratio", "1", at)
-        hinges = []
+        ratio, hinges = -number(element, "gearbox_ratio", "1", at), []
         for tag, link in zip(("axis", "axis2"), ends(element, self._frames, at), strict=True):
-            stated = axis_of(element, tag, placement, self._frames, self._version, at)
-            hinge, sign = self._hinge(link, base, placement[:3, :3] @ stated, f"{at}: {tag}")
+            stated = axis_of(element, tag, placement, self._frames, at)
+            hinge, sense = self._hinge(link, base, placement[:3, :3] @ stated, f"{at}: {tag}")
             hinges.append(hinge)
-            ratio *= sign
+            ratio *= sense
         first, second = hinges
         if first is second or self._body(first.parent) != self._body(second.parent):
             raise ModelError(
@@ -339,33 +284,25 @@ class _Reader:
         return CouplingDescription(name, first.child, second.child, _ratio(ratio, at))
 
     def _mimic(
-        self, joint: ElementTree.Element, tag: str, mimic: ElementTree.Element
+        self, name: str, tag: str, mimic: ElementTree.Element, at: str
     ) -> CouplingDescription:
-        name = joint.get("name", "")
-        at = f"{self._where}: joint {name!r}: {tag}: mimic"
-        leader = mimic.get("joint") or ""
         if mimic.get("axis", "axis") != "axis" or tag != "axis":
             raise ModelError(f"{at}: only joints with one axis can be coupled")
-        followed, follower = (self._simple(item, at) for item in (leader, name))
+        leader = mimic.get("joint") or ""
+        for joint in (leader, name):
+            known = [key for key, item in self._tree.items() if item.type in SINGLE_TYPES]
+            if joint not in known:
+                raise ModelError(
+                    f"{at}: {joint!r} is no joint of the tree with one axis; joints that can be "
+                    f"coupled: {choices(known, joint)}"
+                )
         ratio = number(mimic, "multiplier", "1", at)
         offset = number(mimic, "offset", "0", at) - ratio * number(mimic, "reference", "0", at)
-        if followed is follower:
+        if leader == name:
             raise ModelError(f"{at}: a joint cannot mimic itself")
-        coupling = unique(default_name(name), self._joint_names)
-        self._joint_names.add(coupling)
-        return CouplingDescription(
-            coupling, followed.name, follower.name, _ratio(ratio, at), offset, of_joints=True
-        )
-
-    def _simple(self, name: str, at: str) -> JointDescription:
-        joint = self._tree.get(name)
-        if joint is None or joint.type not in SINGLE_TYPES:
-            known = [item.name for item in self._tree.values() if item.type in SINGLE_TYPES]
-            raise ModelError(
-                f"{at}: {name!r} is no joint of the tree with one axis; joints that can be "
-                f"coupled: {choices(known, name)}"
-            )
-        return joint
+        coupling = self._unique(default_name(name))
+        ratio = _ratio(ratio, at)
+        return CouplingDescription(coupling, leader, name, ratio, offset, of_joints=True)
 
     def _hinge(self, link: str, base: str, axis: Array, at: str) -> tuple[JointDescription, float]:
         """Return the hinge that turns a link on a base, and its sense relative to an axis."""

@@ -1,35 +1,31 @@
 """Second reading of SDF: the numbers of a model, read once more for the proof.
 
 It shares nothing with the first reader but the `plain` model and the decisions which joints are a
-tree and which way round they stand; what the first reader checked is not checked again.
+tree and which way round they stand; what the first reader checked is not checked again. Turns and
+inertias of shapes are Pinocchio's.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
-from xml.etree.ElementTree import Element, SubElement
+from xml.etree.ElementTree import Element
 
 import numpy as np
+import pinocchio
 
 from ....kit.arrays import Array
-from ..description import LinkDescription
-from .plain import plain
+from ..description import (
+    CouplingDescription,
+    Description,
+    JointDescription,
+    LinkDescription,
+    LoopDescription,
+)
+from ..renumbered import joint_at, link_in, link_of, loop_at
+from .plain import of_urdf, plain
 
-if TYPE_CHECKING:
-    from ..description import (
-        CouplingDescription,
-        Description,
-        JointDescription,
-        LoopDescription,
-    )
-
-_STANDS = "world"
-_FIRST_NAMED = 1.07
-"""Version, its minor part in hundredths, from which on frames can be named."""
-_LAST_IN_MODEL = 1.04
-"""Last version in which axes are those of the model."""
+_MODEL = "__model__"
 
 
 def reread(description: Description, root: Element, name: str | None = None) -> Description:
@@ -40,35 +36,14 @@ def reread(description: Description, root: Element, name: str | None = None) -> 
         root: outermost element of the text.
         name: of the model; None where there is only one.
     """
-    version = root.attrib["version"]
-    major, minor = version.split(".")
-    model, _ = plain(root, (int(major), int(minor)), "SDF", strict=False, model=name)
-    return _Numbers(model, version).of(description)
+    return _Numbers(plain(root, "SDF", strict=False, model=name)[0]).of(description)
 
 
 def loops_in_urdf(robot: Element, loops: Iterable[LoopDescription]) -> dict[str, LoopDescription]:
-    """Return loops, by name, with the numbers of joints that a URDF's `<gazebo>` elements state.
-
-    The URDF is taken for a model whose links are placed relative to each other, as its joints say.
-    """
-    model = Element("model")
-    names = {link.attrib["name"] for link in robot.findall("link")}
-    added = {item.attrib["name"]: item for item in robot.findall("gazebo/joint")}
-    joints = robot.findall("joint")
-    carried = {child.attrib["link"]: item for item in joints for child in item.findall("child")}
-    for name in names:
-        body = SubElement(model, "link", name=name)
-        if name not in carried:
-            continue
-        parent, origin = carried[name].find("parent"), carried[name].find("origin")
-        pose = SubElement(body, "pose", relative_to="" if parent is None else parent.attrib["link"])
-        stated = {} if origin is None else origin.attrib
-        pose.text = f"{stated.get('xyz', '0 0 0')} {stated.get('rpy', '0 0 0')}"
-    for link, item in carried.items():
-        if item.attrib["name"] not in {*names, *added}:
-            SubElement(model, "frame", name=item.attrib["name"], attached_to=link)
-    model.extend([*robot.findall("gazebo/frame"), *added.values()])
-    numbers = _Numbers(model, "1.7")
+    """Return loops, by name, with the numbers of joints that a URDF's `<gazebo>` elements state."""
+    model, _ = of_urdf(robot, "URDF")
+    added = {item.get("name") for item in model.findall("joint")}
+    numbers = _Numbers(model)
     return {loop.name: numbers.loop(loop) for loop in loops if loop.name in added}
 
 
@@ -79,57 +54,24 @@ class _Numbers:
         places: `(4, 4)` placements in the world; of joints under a name that begins with a blank.
     """
 
-    def __init__(self, model: Element, version: str) -> None:
-        self._model = model
-        major, minor = version.split(".")
-        self._version = int(major) + int(minor) / 100.0
-        self._links = {item.attrib["name"]: item for item in self._model.findall("link")}
-        self._joints = {item.attrib["name"]: item for item in self._model.findall("joint")}
-        self.places = self._placed()
-
-    def _placed(self) -> dict[str, Array]:
-        """Return all placements, each as soon as that is known to which it is relative."""
-        waiting: dict[str, tuple[str, Array]] = {}
-        for name, item in self._links.items():
-            waiting[name] = self._relative(item, "__model__")
-        for item in self._model.findall("frame"):
-            base = item.get("attached_to") or "__model__"
-            waiting[item.attrib["name"]] = self._relative(item, base)
+    def __init__(self, model: Element) -> None:
+        self._links = {item.attrib["name"]: item for item in model.findall("link")}
+        self._joints = {item.attrib["name"]: item for item in model.findall("joint")}
+        stated = {name: _placed(item, _MODEL) for name, item in self._links.items()}
+        for item in model.findall("frame"):
+            stated[item.attrib["name"]] = _placed(item, item.get("attached_to") or _MODEL)
         for name, item in self._joints.items():
-            waiting[f" {name}"] = self._relative(item, _word(item, "child"))
-        if self._version >= _FIRST_NAMED:
-            waiting |= {name: (f" {name}", np.eye(4)) for name in self._joints}
-        placed = self._settled(waiting, {"__model__": np.eye(4), _STANDS: np.eye(4)})
-        model = _matrix(self._model.find("pose"))
-        anchor = self._model.get("placement_frame")
-        if anchor:
-            model = model @ np.linalg.inv(placed[anchor])
-        return self._settled(waiting, {"__model__": model, _STANDS: np.eye(4)})
-
-    @staticmethod
-    def _settled(
-        waiting: dict[str, tuple[str, Array]], known: dict[str, Array]
-    ) -> dict[str, Array]:
-        left = dict(waiting)
-        while left:
-            ready = [name for name, (base, _) in left.items() if base in known]
-            if not ready:
-                raise ValueError(f"{sorted(left)} stand nowhere, which the first reader places")
-            for name in ready:
-                base, local = left.pop(name)
-                known[name] = known[base] @ local
-        return known
-
-    @staticmethod
-    def _relative(item: Element, default: str) -> tuple[str, Array]:
-        pose = item.find("pose")
-        if pose is None:
-            return default, np.eye(4)
-        return pose.get("relative_to") or pose.get("frame") or default, _matrix(pose)
+            stated[f" {name}"] = _placed(item, _word(item, "child"))
+            # In older versions, whose frames have no names, a link may be called the same.
+            stated.setdefault(name, (f" {name}", np.eye(4)))
+        _, place = _placed(model, "")
+        if anchor := model.get("placement_frame"):
+            place = place @ np.linalg.inv(_settled(stated, np.eye(4))[anchor])
+        self.places = _settled(stated, place)
 
     def of(self, description: Description) -> Description:
         """Return a description with these numbers."""
-        hinges = {joint.child: joint for joint in description.joints}
+        hinges = {joint.child: joint.name for joint in description.joints}
         return replace(
             description,
             links=tuple(
@@ -144,74 +86,67 @@ class _Numbers:
         )
 
     def _joint(self, joint: JointDescription) -> JointDescription:
-        element = self._joints.get(joint.name)
-        parent, child = self.places[joint.parent], self.places[joint.child]
-        if element is None:
+        if joint.name not in self._joints:
             # It joins the link with the world, and stands where the link does.
-            return replace(joint, origin=child, child_placement=np.eye(4))
+            return joint_at(joint, self.places[joint.child], self.places)
         frame = self.places[f" {joint.name}"]
-        axis, axis_2 = self._axes(joint.type, element)
-        return replace(
-            joint,
-            origin=np.linalg.solve(parent, frame),
-            child_placement=np.linalg.solve(frame, child),
-            axis=axis,
-            axis_2=axis_2,
-        )
+        return joint_at(joint, frame, self.places, *self._axes(joint.name, joint.type))
 
     def loop(self, loop: LoopDescription) -> LoopDescription:
         """Return a loop with its placements and axes."""
         frame = self.places[f" {loop.name}"]
-        axis, axis_2 = self._axes(loop.type, self._joints[loop.name])
-        return replace(
-            loop,
-            predecessor_origin=np.linalg.solve(self.places[loop.predecessor], frame),
-            successor_origin=np.linalg.solve(self.places[loop.successor], frame),
-            axis=axis,
-            axis_2=axis_2,
-        )
+        return loop_at(loop, (frame, frame), self.places, *self._axes(loop.name, loop.type))
 
-    def _axes(self, kind: str, element: Element) -> tuple[Array, Array]:
+    def _axes(self, joint: str, kind: str) -> list[Array]:
+        """Return the axes of a joint in its frame."""
         if kind in ("fixed", "spherical"):
-            return np.array([1.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0])
-        axis = self._axis(element, "axis")
-        return axis, self._axis(element, "axis2") if kind == "universal" else axis
+            return [np.array([1.0, 0.0, 0.0])]
+        turn = self.places[f" {joint}"][:3, :3]
+        tags = ("axis", "axis2")[: 1 + (kind == "universal")]
+        return [np.linalg.solve(turn, self._in_world(joint, tag)) for tag in tags]
 
-    def _axis(self, element: Element, tag: str) -> Array:
-        """Return a `(3,)` unit axis in the joint's frame."""
-        axis = element.find(tag)
-        xyz = None if axis is None else axis.find("xyz")
-        words = "0 0 1" if xyz is None or not xyz.text else xyz.text
-        direction = np.array(words.split(), dtype=float)
-        direction = direction / np.sqrt(direction @ direction)
+    def _in_world(self, joint: str, tag: str) -> Array:
+        """Return a `(3,)` unit axis of a joint in the world."""
+        xyz = self._joints[joint].find(f"{tag}/xyz")
+        direction = np.array([0.0, 0.0, 1.0])
+        if xyz is not None and xyz.text:
+            direction = np.array(xyz.text.split(), dtype=float)
         named = None if xyz is None else xyz.get("expressed_in")
-        flag = "" if axis is None else _word(axis, "use_parent_model_frame").lower()
-        if self._version <= _LAST_IN_MODEL or flag in ("true", "1"):
-            named = "__model__"
-        if not named:
-            return direction
-        own = self.places[f" {element.attrib['name']}"]
-        return np.linalg.solve(own[:3, :3], self.places[named][:3, :3] @ direction)
+        turn = self.places[named or f" {joint}"][:3, :3]
+        return np.asarray(turn @ direction / np.sqrt(direction @ direction))
 
     def _coupling(
-        self, coupling: CouplingDescription, hinges: dict[str, JointDescription]
+        self, coupling: CouplingDescription, hinges: dict[str, str]
     ) -> CouplingDescription:
         """Return a coupling with the ratio of its gearbox, or of the axis that mimics another."""
         if coupling.of_joints:
-            mimic = self._joints[coupling.successor].find("axis/mimic")
+            axis = self._joints[coupling.successor]
             ratio, offset, reference = (
-                float((mimic is not None and _word(mimic, tag)) or default)
+                float(_word(axis, f"axis/mimic/{tag}") or default)
                 for tag, default in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0))
             )
             return replace(coupling, ratio=ratio, offset=offset - ratio * reference)
-        gear = self._joints[coupling.name]
-        ratio = -float(_word(gear, "gearbox_ratio") or 1.0)
-        for tag, link in (("axis", coupling.predecessor), ("axis2", coupling.successor)):
-            hinge = hinges[link].name
-            own = self.places[f" {hinge}"][:3, :3] @ self._axis(self._joints[hinge], "axis")
-            stated = self.places[f" {coupling.name}"][:3, :3] @ self._axis(gear, tag)
-            ratio *= np.sign(own @ stated)
-        return replace(coupling, ratio=float(ratio), offset=0.0)
+        gear = coupling.name
+        senses = [
+            self._in_world(hinges[link], "axis") @ self._in_world(gear, tag)
+            for tag, link in (("axis", coupling.predecessor), ("axis2", coupling.successor))
+        ]
+        ratio = -float(_word(self._joints[gear], "gearbox_ratio") or 1.0)
+        return replace(coupling, ratio=ratio * float(np.sign(np.prod(senses))), offset=0.0)
+
+
+def _settled(stated: dict[str, tuple[str, Array]], model: Array) -> dict[str, Array]:
+    """Return all placements in the world, each after that to which it is relative."""
+    known = {_MODEL: model, "world": np.eye(4)}
+    for name in stated:
+        chain = []
+        while name not in known:
+            chain.append(name)
+            name = stated[name][0]
+        for each in reversed(chain):
+            base, local = stated[each]
+            known[each] = known[base] @ local
+    return known
 
 
 def _link(name: str, element: Element) -> LinkDescription:
@@ -220,81 +155,52 @@ def _link(name: str, element: Element) -> LinkDescription:
     if inertial is None:
         return LinkDescription(name, 1.0, np.zeros(3), np.eye(3))
     if inertial.get("auto", "").strip().lower() in ("true", "1"):
-        return _solid(name, element, float(_word(inertial, "density") or 1000.0))
+        density = float(_word(inertial, "density") or 1000.0)
+        solids = [_solid(item, density) for item in element.findall("collision")]
+        return link_of(name, np.sum(solids, axis=0), np.eye(4))
     mass = float(_word(inertial, "mass") or 1.0)
-    frame = _matrix(inertial.find("pose"))
     inertia = inertial.find("inertia")
     tensor = np.eye(3)
     if inertia is not None:
         rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
         tensor = np.array([[float(_word(inertia, key) or 0.0) for key in row] for row in rows])
-    turn = frame[:3, :3]
-    return LinkDescription(name, mass, frame[:3, 3], np.einsum("ij,jk,lk->il", turn, tensor, turn))
+    return link_in(name, mass, _placed(inertial, "")[1], tensor)
 
 
-def _solid(name: str, link: Element, density: float) -> LinkDescription:
-    """Return a link made of its collision shapes, by their second moments about its origin."""
-    mass, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
-    for item in link.findall("collision"):
-        own, squares = _second_moments(item[[part.tag for part in item].index("geometry")][0])
-        own *= float(_word(item, "density") or density)
-        frame = _matrix(item.find("pose"))
-        turn, place = frame[:3, :3], frame[:3, 3]
-        mass += own
-        first += own * place
-        second += own * ((turn * squares) @ turn.T + np.outer(place, place))
-    centre = first / mass
-    second -= mass * np.outer(centre, centre)
-    return LinkDescription(name, mass, centre, np.trace(second) * np.eye(3) - second)
-
-
-def _second_moments(shape: Element) -> tuple[float, Array]:
-    """Return the volume of a shape, and the mean squares `(3,)` of coordinates in it."""
+def _solid(collision: Element, density: float) -> Array:
+    """Return the dynamic parameters `(10,)` of a collision shape in its link."""
+    shape = collision[[part.tag for part in collision].index("geometry")][0]
     words = {part.tag: [float(word) for word in (part.text or "").split()] for part in shape}
+    solid = pinocchio.Inertia
     if shape.tag == "box":
-        edges = np.array(words["size"])
-        return float(np.prod(edges)), edges**2 / 12.0
-    if shape.tag == "ellipsoid":
-        radii = np.array(words["radii"])
-        return float(np.prod(radii)) * 4.0 * np.pi / 3.0, radii**2 / 5.0
-    (radius,) = words["radius"]
-    (length,) = words.get("length", [0.0])
-    # Slices across the axis at z: discs of radius r(z), whose mean square of x is r²/4.
-    pole = radius if shape.tag in ("sphere", "capsule") else 0.0
-    volume = np.pi * radius**2 * (length + 4.0 / 3.0 * pole)
-    across = np.pi / 4.0 * radius**4 * (length + 16.0 / 15.0 * pole)
-    half = length / 2.0
-    # ∫z²(R² - (z - h)²) dz over a cap, by powers of the distance from its plane.
-    cap = half**2 * 2.0 / 3.0 + half * pole / 2.0 + pole**2 * 2.0 / 15.0
-    along = np.pi * radius**2 * (2.0 * half**3 / 3.0 + 2.0 * pole * cap)
-    return volume, np.array([across, across, along]) / volume
+        make, sizes, volume = solid.FromBox, words["size"], float(np.prod(words["size"]))
+    elif shape.tag == "ellipsoid":
+        make, sizes = solid.FromEllipsoid, words["radii"]
+        volume = float(np.prod(sizes)) * 4.0 * np.pi / 3.0
+    else:
+        sizes = [*words["radius"], *words.get("length", [])]
+        make = getattr(solid, f"From{shape.tag.capitalize()}")
+        pole = 0.0 if shape.tag == "cylinder" else 4.0 / 3.0 * sizes[0]
+        volume = np.pi * sizes[0] ** 2 * (sum(sizes[1:]) + pole)
+    mass = volume * float(_word(collision, "density") or density)
+    placed = pinocchio.SE3(_placed(collision, "")[1]).act(make(mass, *sizes))
+    return np.array(placed.toDynamicParameters())
 
 
-def _matrix(pose: Element | None) -> Array:
-    """Return the `(4, 4)` placement that a `<pose>` states; identity without one."""
-    frame = np.eye(4)
+def _placed(item: Element, default: str) -> tuple[str, Array]:
+    """Return what an element's `<pose>` is relative to, and its `(4, 4)` placement there."""
+    pose = item.find("pose")
     values = [] if pose is None else [float(word) for word in (pose.text or "").split()]
+    base = default if pose is None else pose.get("relative_to") or default
     if pose is None or not values:
-        return frame
+        return base, np.eye(4)
+    turn = np.array(values[3:])
     if pose.get("rotation_format") == "quat_xyzw":
-        quaternion = np.array(values[3:])
-        frame[:3, :3] = _turned(quaternion / np.sqrt(quaternion @ quaternion))
+        turn = pinocchio.Quaternion(turn / np.sqrt(turn @ turn)).matrix()
     else:
         is_degrees = pose.get("degrees", "").strip().lower() in ("true", "1")
-        for axis, angle in enumerate(np.deg2rad(values[3:]) if is_degrees else values[3:]):
-            half = np.zeros(4)
-            half[axis], half[3] = np.sin(0.5 * angle), np.cos(0.5 * angle)
-            frame[:3, :3] = _turned(half) @ frame[:3, :3]
-    frame[:3, 3] = values[:3]
-    return frame
-
-
-def _turned(quaternion: Array) -> Array:
-    """Return the `(3, 3)` rotation of a unit quaternion x y z w, from its half turns."""
-    x, y, z, w = quaternion
-    left = np.array([[w, -z, y, x], [z, w, -x, y], [-y, x, w, z], [-x, -y, -z, w]])
-    right = np.array([[w, -z, y, -x], [z, w, -x, -y], [-y, x, w, -z], [x, y, z, w]])
-    return np.asarray((left @ right)[:3, :3])
+        turn = pinocchio.rpy.rpyToMatrix(np.deg2rad(turn) if is_degrees else turn)
+    return base, np.array(pinocchio.SE3(turn, np.array(values[:3])).homogeneous)
 
 
 def _word(element: Element, tag: str) -> str:

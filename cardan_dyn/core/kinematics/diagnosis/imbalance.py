@@ -218,6 +218,188 @@ class _Imbalance:
         # Where there are several, what the most links do says enough of each.
         most = _MOST if left.number == 1 else 1
         texts = []
+        for column in columns[:_MOST]:
+            # One motion is left, that moves this joint.
+            motion = left.while_resting([other for other in columns if other != column]).motions
+            texts.append(motion_text(self._mechanism, best.x, motion @ motion[column], most))
+        more = left.number - len(texts)
+        listed = "; ".join(texts) + (f"; and {more} more" if more > 0 else "")
+        freedoms = "1 freedom is" if left.number == 1 else f"{left.number} freedoms are"
+        if len(advised) > 1:
+            advice = f"{len(advised)} of them, such as {choices(advised, most=20)}"
+        else:
+            rates, candidates = np.linalg.norm(left.motions, axis=1), self._candidates()
+            useful = [each for each in candidates if rates[each] > 0.1 * np.max(rates[candidates])]
+            advice = f"one of: {choices(self._drivable(useful))}"
+        return (
+            f"nothing decides the motion of: {choices(free)}; {freedoms} left over: {listed}; "
+            f"drive or hold {advice}"
+        )
+
+
+def _decides(found: Freedoms, driven: list[int]) -> bool:
+    """Return whether drives decide all motions."""
+    return found.rank_of(driven) == len(driven) == found.number
+
+
+def _too_many(still: list[str], surplus: list[str], drives: tuple[str, ...], excess: int) -> str:
+    """Return which drives cannot move or contradict what is held, and what to do about it."""
+    if excess > 1 and not surplus:
+        return f"drop {excess} of the drives ({choices(drives)}), or stop holding as many joints"
+    if still and not surplus:
+        return f"{choices(still)} cannot move, and cannot be driven"
+    advice = "drop a drive or stop holding a joint"
+    if surplus:
+        advice += f": {_one_of(surplus)}"
+    return f"{choices(still)} cannot move: {advice}" if still else advice
+
+
+def _one_of(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"one of: {choices(names)}"
+
+
+class Freedoms(NamedTuple):
+    """Independent motions of a mechanism at a closed configuration.
+
+    Attributes:
+        x: `(size,)` the configuration.
+        motions: `(nv, m)` joint rates of each motion, slides counted in lengths of the mechanism.
+    """
+
+    x: Array
+    motions: Array
+
+    @property
+    def number(self) -> int:
+        """How many there are."""
+        return self.motions.shape[1]
+
+    def rank_of(self, columns: list[int]) -> int:
+        """Return how many of some velocity coordinates move independently of each other."""
+        return self._felt(columns)[0]
+
+    def while_resting(self, columns: list[int]) -> Freedoms:
+        """Return the motions in which some velocity coordinates rest."""
+        rank, directions = self._felt(columns)
+        return self._replace(motions=self.motions @ directions[:, rank:])
+
+    def seen_by(self, columns: list[int]) -> Freedoms:
+        """Return as many motions as move some velocity coordinates in different ways."""
+        rank, directions = self._felt(columns)
+        return self._replace(motions=self.motions @ directions[:, :rank])
+
+    def _felt(self, columns: list[int]) -> tuple[int, Array]:
+        """Return directions `(m, m)` among the motions, those that coordinates feel first."""
+        _, values, right = np.linalg.svd(self.motions[columns])
+        return int(np.sum(values > MOVES)), right.T
+
+    def moving(self, columns: Iterable[int]) -> set[int]:
+        """Return those of some velocity coordinates that any of the motions moves."""
+        moves = np.max(np.abs(self.motions), axis=1, initial=0.0) > MOVES
+        return {column for column in columns if moves[column]}
+
+    def chosen(self, candidates: list[int], known: list[int]) -> list[int]:
+        """Return velocity coordinates that move independently of each other and of known ones.
+
+        Args:
+            candidates: to choose from; of those half as fast as the fastest, the first are taken.
+            known: what is decided already; independent of each other or not.
+        """
+        left, result = self.while_resting(known), list[int]()
+        while left.moving(candidates):
+            sizes = np.linalg.norm(left.motions[candidates], axis=1)
+            result.append(candidates[int(np.argmax(2.0 * sizes > np.max(sizes)))])
+            left = left.while_resting(result[-1:])
+        return result
+
+
+class Surroundings(NamedTuple):
+    """A closed configuration, and a generic one beside it.
+
+    Attributes:
+        structure: of the mechanism.
+        x: `(size,)` closed coordinates.
+        held: velocity coordinates that rest.
+        needed: velocity coordinates whose motion matters.
+    """
+
+    structure: Structure
+    x: Array
+    held: set[int]
+    needed: set[int]
+
+    def freedoms(
+        self,
+        drives: Iterable[int] = (),
+        released: int | None = None,
+        with_spins: bool = False,
+        here: bool = False,
+    ) -> list[Freedoms]:
+        """Return the freedoms at the closed configuration, unless it is singular, and beside it.
+
+        Args:
+            drives: velocity coordinates of the drives; they move as all others do.
+            released: a held one that moves as well, or a drive that is none.
+            with_spins: whether spins of idle rods count as freedoms.
+            here: whether only the closed configuration is asked for, singular or not.
+        """
+        mechanism = self.structure.mechanism
+        free = set(range(mechanism.model.nv)) - (self.held - {released})
+        every = [Freedoms(self.x.copy(), np.eye(mechanism.model.nv)) for _ in range(2 - here)]
+        loose = set(free)
+        parts: list[list[Array]] = [[] for _ in every]
+        for group in independent_groups(self.structure, np.array(sorted(free), dtype=int)):
+            states = states_around(solver_of(mechanism, group), self.x, *[1] * here)
+            loose.difference_update(group.passives.tolist())
+            left, _, _ = np.linalg.svd(states.group.scaled_rows)
+            for item, motions, index in zip(every, parts, (0, -1), strict=False):
+                own = states.x[index] != self.x
+                item.x[own] = states.x[index][own]
+                motions.append(np.zeros((mechanism.model.nv, left.shape[1] - states.rank)))
+                motions[-1][group.passives] = left[index, :, states.rank :]
+        rods = () if with_spins else idle_rods(mechanism, free.difference(drives))
+        seen = [sorted(free.difference(rod.columns)) for rod in rods]
+        seen.append(sorted(free & (self.needed | {released})))
+        found = []
+        for item, motions in zip(every, parts, strict=True):
+            whole = np.concatenate([*motions, item.motions[:, sorted(loose)]], axis=1)
+            found.append(item._replace(motions=whole))
+            for columns in seen:
+                found[-1] = found[-1].seen_by(columns)
+        return found
+
+
+def motion_text(mechanism: Mechanism, x: Array, motion: Array, most: int = _MOST) -> str:
+    """Return in words which links a motion moves, and how.
+
+    Args:
+        mechanism: the mechanism.
+        x: `(size,)` closed coordinates.
+        motion: `(nv,)` joint rates, slides in lengths of the mechanism.
+        most: how many sets of links that move alike are described; the others are counted.
+    """
+    length, rates = mechanism.characteristic_length, motion * mechanism.coordinates.rate_scale
+    names, origins, twists = [*mechanism.links], [], []
+    for name in names:
+        frame = CarriedFrame(mechanism, name, np.zeros(3))
+        velocity, spin, *_ = (rate[:, 0] for rate in frame.rates(x[None], rates[None]))
+        origins.append(frame.placed(x[None])[1][0])
+        twists.append(np.array([velocity / length, spin]))
+    least = MOVES * float(np.max(np.abs(twists)))
+    moving = [index for index, twist in enumerate(twists) if np.max(np.abs(twist)) > least]
+
+    def is_fixed_to(first: int, index: int) -> bool:
+        """Return whether a link moves as a body with another one."""
+        velocity, spin = twists[index]
+        there = velocity + np.cross(spin, origins[first] - origins[index]) / length
+        return bool(np.max(np.abs([there, spin] - twists[first])) <= least)
+
+    sets: dict[int, list[str]] = {}
+    for index in moving:
+        first = next(first for first in moving if is_fixed_to(first, index))
+        sets.setdefault(first, []).append(names[index])
+    ordered = sorted(sets, key=lambda first: -len(sets[first]))
+    texts = []
     for first in ordered[:most]:
         velocity, spin = twists[first]
         texts.append(_text(sets[first], origins[first], velocity, spin, length))

@@ -37,13 +37,13 @@ def test_groups() -> None:
     groups = RigidGroups(described())
     step = pin.SE3(pin.rpy.rpyToMatrix(0.4, 0.5, 0.6), np.array([1.0, 2.0, 3.0]))
     for name, placement in (("arm", pin.SE3.Identity()), ("hand", step), ("tip", step * step)):
-        np.testing.assert_allclose(groups.placement(name), placement.homogeneous, atol=1e-14)
+        np.testing.assert_allclose(groups.placements[name], placement.homogeneous, atol=1e-14)
         assert [link.name for link in groups.members(name)] == ["arm", "hand", "tip"]
         assert (groups.mass(name), groups.is_fixed(name), groups.shares(name)) == (3.0, False, 1)
         assert [joint.name for joint in groups.path(name)] == ["j"]
     assert groups.is_fixed("lid")
     assert groups.path("lid") == []
-    assert groups.link("hand").mass == 1.0
+    assert groups.links["hand"].mass == 1.0
 
 
 def test_helpers_carry_a_share_of_the_successor() -> None:
@@ -62,10 +62,10 @@ def test_helpers_carry_a_share_of_the_successor() -> None:
     whole = pin.Inertia.Zero()
     for name in ("arm", "hand"):
         link = links[name]
-        placement = pin.SE3(groups.placement(name))
+        placement = pin.SE3(groups.placements[name])
         whole = whole + placement.act(pin.Inertia(link.mass, link.centre, link.inertia))
     loop = description.loops[0]
-    frame = pin.SE3(groups.placement("tip")) * pin.SE3(loop.successor_origin)
+    frame = pin.SE3(groups.placements["tip"]) * pin.SE3(loop.successor_origin)
     expected = frame.actInv(whole)
     found = groups.helper(loop, "half")
     assert found.name == "half"

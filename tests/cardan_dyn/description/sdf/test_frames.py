@@ -11,6 +11,7 @@ from testkit.sdf import model
 
 import cardan_dyn as cd
 from cardan_dyn.core.description.sdf.frames import MODEL, WORLD, NamedFrames
+from cardan_dyn.core.description.sdf.plain import FIRST_WITH_FRAMES, modern
 
 CONTENT = """<pose>1 0 0 0 0 0.5</pose>
 <frame name="f" attached_to="j"><pose>0 0 2 0 0 0</pose></frame>
@@ -25,7 +26,8 @@ CONTENT = """<pose>1 0 0 0 0 0.5</pose>
 def frames(text: str, version: tuple[int, int] = (1, 9)) -> NamedFrames:
     element = ElementTree.fromstring(text).find("model")
     assert element is not None
-    return NamedFrames(element, version, "at")
+    modern(element, version, "at")
+    return NamedFrames(element, "at", version >= FIRST_WITH_FRAMES)
 
 
 def at(x: float, y: float, z: float, *angles: float) -> pin.SE3:

@@ -14,6 +14,7 @@ import cardan_dyn as cd
 from cardan_dyn.core.description.description import Limits
 from cardan_dyn.core.description.sdf.frames import NamedFrames
 from cardan_dyn.core.description.sdf.joints import Edge, edge
+from cardan_dyn.core.description.sdf.plain import modern
 
 LINKS = """<pose>0 0 0 0 0 0.7</pose><link name="a"><pose>1 0 0 0.3 0 0</pose></link>
 <link name="b"><pose>0 1 0 0 0.5 0</pose></link><frame name="f" attached_to="b"/>"""
@@ -26,9 +27,10 @@ def read(kind: str, inside: str, version: tuple[int, int] = (1, 9)) -> tuple[Edg
         joint = joint.replace(">", "><parent>a</parent><child>b</child>", 1)
     element = ElementTree.fromstring(model(LINKS + joint)).find("model")
     assert element is not None
+    modern(element, version, "at")
     found = element.find("joint")
     assert found is not None
-    joint_found = edge(found, NamedFrames(element, version, "at"), version, "at")
+    joint_found = edge(found, NamedFrames(element, "at"), "at")
     return joint_found, list(joint_found.warnings)
 
 
