@@ -180,8 +180,7 @@ def armature_of(joint: ElementTree.Element, kind: str, at: str) -> tuple[float, 
     if stated is None:
         return ()
     at = f"{at}: dynamics armature"
-    values = _numbers(stated, len(_BLANKS.split(stated.strip(" \t\r\n"))), "", at)
-    return armature(values, kind, at)
+    return armature(listed(stated, at), kind, at)
 
 
 def armature(values: Sequence[float], kind: str, at: str) -> tuple[float, ...]:
@@ -297,6 +296,11 @@ def _numbers(text: str | None, count: int, default: str, at: str) -> list[float]
             "far from 1"
         )
     return [0.0 if abs(value) < _LEAST else value for value in values]
+
+
+def listed(text: str, at: str) -> tuple[float, ...]:
+    """Return the numbers that an attribute lists, however many; see `numbers`."""
+    return tuple(_numbers(text, len(_BLANKS.split(text.strip(" \t\r\n"))), "", at))
 
 
 def words(values: Iterable[float]) -> str:

@@ -40,6 +40,8 @@ from ..elements import ROTATION_TOLERANCE, SINGLE_TYPES, unique, words
 _DIRECT = {"spherical": "connect", "fixed": "weld"}
 """Types of loops that are an equality, and its kind."""
 _WORLD = "world"
+_POWERS = 5
+"""Coefficients of MuJoCo's `polycoef`."""
 """Name of MuJoCo's outermost body."""
 _WORDS = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball"}
 """Elementary part of a joint to the joint that it is in MJCF."""
@@ -110,10 +112,16 @@ class _MjcfWriter:
                     self._coupled(*links, coupling.name)
                     for links in ((first, second), (second, first))
                 )
+            powers = [coupling.offset, coupling.ratio, *coupling.higher]
+            if len(powers) > _POWERS:
+                raise ModelError(
+                    f"{description.name}: coupling {coupling.name!r}: MJCF has powers up to the "
+                    "fourth; write URDF+"
+                )
             self._equalities.append(
                 f"<joint name={quoteattr(coupling.name)} joint1={quoteattr(second)} "
                 f"joint2={quoteattr(first)} "
-                f'polycoef="{words([coupling.offset, coupling.ratio])} 0 0 0"/>'
+                f'polycoef="{words(powers + [0.0] * (_POWERS - len(powers)))}"/>'
             )
         gravity = "0 0 0" if description.gravity is None else words(description.gravity)
         lines = [

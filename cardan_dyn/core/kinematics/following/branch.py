@@ -336,7 +336,8 @@ def whole_turns(kinematics: Kinematics, first: Array, last: Array) -> tuple[Arra
         missed[:, ball] = np.minimum(missed[:, ball], np.abs(last + first)[:, ball])
     # How far idle rods have turned about their lines says nothing about the motion.
     missed[:, kinematics.idle_columns] = 0.0
-    return np.max(missed, axis=1, initial=0.0) < MOVES, windings
+    is_back = np.max(missed, axis=1, initial=0.0) < MOVES
+    return is_back & ~np.any(windings[:, kinematics.curving_columns], axis=1), windings
 
 
 def _joined(*rows: Rows) -> Rows:
