@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from scipy.integrate import solve_ivp
 
 import cardan_dyn as cd
 from cardan_dyn.core.mechanics import closure
@@ -58,17 +57,10 @@ def test_motion_and_efforts_are_those_of_the_polynomial(way: str) -> None:
     np.testing.assert_allclose(swept.drive_effort, expected, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("left_out", ["bends", "slope"])
-def test_the_proof_has_the_polynomial_from_the_text(
-    left_out: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Accelerations, and rates, of a solver that takes the ratio as constant are refused."""
-    wrong = {
-        "bends": lambda tree, *_: [0.0] * len(tree.couplings),
-        "slope": lambda coupling, _: coupling.ratio,
-    }
-    monkeypatch.setattr(closure, left_out, wrong[left_out])
-    with pytest.raises(cd.CardanError):
+def test_the_proof_has_the_polynomial_from_the_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Accelerations of a solver that takes the ratio as constant are refused."""
+    monkeypatch.setattr(closure, "bends", lambda tree, *_: [0.0] * len(tree.couplings))
+    with pytest.raises(cd.CardanError, match="residual"):
         cd.Scene(cd.load(STATED), drive="A").sweep([0.5, 0.6], speed=3.0)
 
 
@@ -81,23 +73,23 @@ def test_many_turns_of_the_predecessor_count_as_they_are() -> None:
     np.testing.assert_allclose(swept.motion.position("B"), higher * a**2, rtol=1e-14)
 
 
-def test_a_swing_conserves_energy_and_is_that_of_one_equation() -> None:
+def test_a_swing_has_the_energy_that_pinocchio_counts() -> None:
+    """With one way to move, its equation of motion is that its energy stays."""
     arm = cd.load(STATED)
-    inertia = [by_hand(arm, a, 0.0, 1.0) - by_hand(arm, a, 0.0, 0.0) for a in (0.3,)]
-    assert inertia[0] > 0.0
-
-    def rates(_: float, y: np.ndarray) -> list[float]:
-        at_rest = by_hand(arm, y[0], y[1], 0.0)
-        return [y[1], -at_rest / (by_hand(arm, y[0], y[1], 1.0) - at_rest)]
-
-    expected = solve_ivp(rates, (0.0, 1.5), [0.3, 0.5], method="DOP853", rtol=1e-12, atol=1e-12)
     scene = cd.Scene(arm, free=["A"], gravity=GRAVITY)
-    swung = scene.simulate(1.5, position={"A": 0.3}, speed=0.5, rtol=1e-10)
-    assert swung.motion.position("A")[-1] == pytest.approx(expected.y[0, -1], abs=1e-8)
+    swung = scene.simulate(1.0, position={"A": 0.3}, speed=0.5, rtol=1e-10)
     a = swung.motion.position("A")
+    assert np.ptp(a) > 0.1
     np.testing.assert_allclose(swung.motion.position("B"), P(a), rtol=0, atol=1e-12)
-    rest = scene.equilibrium(position={"A": 0.3}).configuration
-    assert by_hand(arm, rest["A"], 0.0, 0.0) == pytest.approx(0.0, abs=1e-9)
+    model = arm.model.copy()
+    model.gravity.linear = np.array(GRAVITY)
+    data, energies = model.createData(), []
+    for q, v in zip(swung.motion.q, swung.motion.v, strict=True):
+        kinetic = pin.computeKineticEnergy(model, data, q, v)
+        energies.append(kinetic + pin.computePotentialEnergy(model, data, q))
+    assert np.ptp(energies) < 1e-8
+    (rest,) = scene.equilibrium(position={"A": 0.3}).position
+    assert by_hand(arm, float(rest), 0.0, 0.0) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_mjcf_is_read_as_mujoco_has_it_and_written(tmp_path: Path) -> None:
@@ -128,7 +120,7 @@ def test_written_from_another_zero_it_is_the_same_mechanism(tmp_path: Path) -> N
 
 
 def test_links_that_a_screw_of_changing_lead_couples() -> None:
-    """A slide by the square of a turn: half the weight, times the slope, and nothing at zero."""
+    """A slide by the square of a turn: the thrust times the slope, nothing at zero."""
     text = f"""<robot name="lift"><link name="ground"/><link name="cam"/>
     <link name="plate">{BODY.format("0 0 0", 4)}</link>
     <joint name="shaft" type="continuous"><parent link="ground"/><child link="cam"/>
@@ -143,7 +135,7 @@ def test_links_that_a_screw_of_changing_lead_couples() -> None:
     np.testing.assert_allclose(swept.motion.position("guide"), 0.02 * a**2, atol=1e-16)
     thrust = 4.0 * (10.0 + 0.04 * 9.0)
     np.testing.assert_allclose(swept.drive_effort, 0.04 * a * thrust, rtol=0, atol=1e-13)
-    np.testing.assert_allclose(swept["guide"].force[:, 2], 0.0, atol=1e-13)
+    np.testing.assert_allclose(swept["guide"].force[:, 2], thrust, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -84,9 +84,7 @@ def _turn(first: Rotation, second: Rotation) -> Vector:
     return [select(square - _HALF_TURN, *both) for both in zip(turn, half, strict=True)]
 
 
-def errors(
-    tree: Tree, at: Placed, offsets: Sequence[Scalar]
-) -> tuple[list[Scalar], Scalar]:
+def errors(tree: Tree, at: Placed, offsets: Sequence[Scalar]) -> tuple[list[Scalar], Scalar]:
     """Return what the rows of loops and couplings are off by, and the greatest of all.
 
     A coupling counts by what the faster of its joints is off.
@@ -222,9 +220,7 @@ def rows(
                         entries[rate] = sign * entry
         result += of_loop
     for coupling in tree.couplings:
-        of_coupling: dict[int, Scalar] = dict.fromkeys(
-            coupling.predecessors, slope(coupling, at)
-        )
+        of_coupling: dict[int, Scalar] = dict.fromkeys(coupling.predecessors, slope(coupling, at))
         of_coupling |= dict.fromkeys(coupling.successors, -1.0)
         result.append({rate: entry for rate, entry in of_coupling.items() if rate in moving})
     return result + [spins.row(tree, at, spin, moving) for spin in tree.spins]

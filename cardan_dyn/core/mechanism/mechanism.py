@@ -185,7 +185,7 @@ class Mechanism(Frozen):
 
     @cached_property
     def curving_columns(self) -> Array:
-        """Columns of coordinates of which others are polynomials: no turn of them is like another."""
+        """Columns of which others are polynomials, so that no turn of them is like another."""
         rates = {
             rate for item in self.couplings if item.higher for rate in item.predecessor_columns
         }

@@ -8,7 +8,7 @@ digits: their squares, eigenvalues of J M⁻¹ Jᵀ, would leave five.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
