@@ -250,7 +250,11 @@ class Branch:
             SingularConfigurationError: a dead point lies on the way.
         """
         with self._lock:
-            while self.period is None and self._turns_tried < _TURNS_TRIED:
+            # A polynomial of the drive, which grows steeply, does not repeat: nothing is followed.
+            of_drive = self.kinematics.coordinates.column_of(self.kinematics.drives)
+            grows = np.any(np.isin(of_drive, self.kinematics.curving_columns))
+            most = 0 if grows else _TURNS_TRIED
+            while self.period is None and self._turns_tried < most:
                 half = 0.5 * TURN * (self._turns_tried + 1)
                 if half >= within:
                     break
