@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from xml.etree.ElementTree import Element, SubElement, fromstring, tostring
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..core.description.description import TWO_AXES, CouplingDescription, Mesh
 from ..core.description.elements import (
@@ -26,7 +27,7 @@ from ..core.mechanics.exact import made
 from ..core.mechanism.mechanism import Mechanism
 from ..core.mechanism.rezero import link_placements
 from ..kit.arrays import ROUNDED, Array, inverse
-from ..kit.checks import described, number, placement, text, vector
+from ..kit.checks import described, number, numbers, placement, text, vector
 from ..kit.errors import ArgumentError, AssemblyError, ModelError, choices
 from .assembling import assemble
 from .describe import describe
@@ -113,6 +114,7 @@ def couple(
     ratio: float,
     *,
     offset: float = 0.0,
+    higher: ArrayLike = (),
     forces: str = "",
     pressure_angle: float | None = None,
     helix_angle: float | None = None,
@@ -130,8 +132,12 @@ def couple(
         first: name of a link, whose motion counts from the nearest common ancestor of both; or of a
             joint of the tree with one coordinate.
         second: likewise, a link or a joint as the first; the one that follows.
-        ratio: motion of the second per motion of the first, not zero [1, m/rad and so on].
+        ratio: motion of the second per motion of the first [1, m/rad and so on]; not zero without
+            higher coefficients.
         offset: of joints, position of the second while the first is at zero [rad or m].
+        higher: coefficients `(n,)` of the square of the first's motion, its cube and so on, where
+            the ratio changes: q₂ = offset + ratio q₁ + higher[0] q₁² + higher[1] q₁³ …; the last
+            one is not zero.
         forces: what acts between them, `none` or `mesh`; unknown if empty, see
             `CouplingDescription`.
         pressure_angle: of a mesh [rad]; 20° if None.
@@ -164,6 +170,7 @@ def couple(
         of_joints=of_joints,
         forces=text("couple: forces", forces),
         mesh=Mesh(**teeth) if teeth or forces == "mesh" else None,
+        higher=tuple(numbers("couple: higher", higher).reshape(-1).tolist()),
     )
     holder = Element("robot")
     if of_joints:

@@ -1,4 +1,7 @@
-"""Coupled forces: what `<coupling>` and `<mimic>` say of the forces that they exert on links.
+"""Coupled forces: what `<coupling>` and `<mimic>` say beside their ratio and offset.
+
+`higher="a2 a3"` are coefficients of the square of the predecessor's motion, its cube and so on, by
+which the ratio changes.
 
 URDF and URDF+ say how two joints move, not by what: teeth, a belt, a control. `forces="none"` says
 that nothing but moments about the joints' axes acts (forces along slides), between the two links of
@@ -15,7 +18,7 @@ import numpy as np
 
 from ...kit.errors import ModelError, choices
 from .description import CouplingDescription, Mesh
-from .elements import number, words
+from .elements import listed, number, words
 
 FORCES = ("none", "mesh")
 """Values of `forces`."""
@@ -24,11 +27,12 @@ FORCES = ("none", "mesh")
 def with_forces(
     coupling: CouplingDescription, element: ElementTree.Element, at: str
 ) -> CouplingDescription:
-    """Return a coupling with the forces that its element states.
+    """Return a coupling with the forces that its element states, and how its ratio changes.
 
     Raises:
         ModelError: what is wrong with them.
     """
+    coupling = replace(coupling, higher=_higher(coupling, element, at))
     forces = element.get("forces")
     stated = [name for name in Mesh._fields if element.get(name) is not None]
     if forces is not None and forces not in FORCES:
@@ -56,9 +60,29 @@ def with_forces(
     return replace(coupling, forces="mesh", mesh=Mesh(pressure, helix, place))
 
 
+def _higher(
+    coupling: CouplingDescription, element: ElementTree.Element, at: str
+) -> tuple[float, ...]:
+    """Return the coefficients of higher powers that an element states."""
+    stated = element.get("higher")
+    higher = () if stated is None else listed(stated, f"{at}: higher")
+    while higher and higher[-1] == 0.0:
+        higher = higher[:-1]
+    if higher and element.get("forces") == "mesh":
+        raise ModelError(f"{at}: gears have one ratio; leave higher or forces='mesh' out")
+    if not higher and coupling.ratio == 0.0:
+        raise ModelError(
+            f"{at}: a ratio of zero would hold the successor, not couple it; "
+            f"remove <{element.tag}> and hold the joint in the scene"
+        )
+    return higher
+
+
 def forces_words(coupling: CouplingDescription) -> dict[str, str]:
-    """Return the attributes that state the forces of a coupling."""
-    stated = {"forces": coupling.forces} if coupling.forces else {}
+    """Return the attributes that state the forces of a coupling, and how its ratio changes."""
+    stated = {"higher": words(coupling.higher)} if coupling.higher else {}
+    if coupling.forces:
+        stated["forces"] = coupling.forces
     if coupling.mesh is not None:
         for name, value in coupling.mesh._asdict().items():
             if value is not None:

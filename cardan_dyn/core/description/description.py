@@ -220,9 +220,10 @@ class Mesh(NamedTuple):
 class CouplingDescription(Value):
     """A coupling of two motions, either of links, as URDF+ has it, or of joints.
 
-    The motion of the successor is `ratio` times that of the predecessor plus `offset`. The motion
-    of a link is its angle or slide, summed up over the joints from the nearest common ancestor of
-    both links; that of a joint is its coordinate.
+    The motion of the successor is `offset` plus `ratio` times that of the predecessor, plus
+    `higher` times its square, its cube and so on. The motion of a link is its angle or slide,
+    summed up over the joints from the nearest common ancestor of both links; that of a joint is its
+    coordinate.
 
     Attributes:
         name: its name.
@@ -230,6 +231,8 @@ class CouplingDescription(Value):
         ratio: motion of the successor per motion of the predecessor.
         offset: motion of the successor while the predecessor is at zero [rad or m].
         of_joints: whether it couples joints, as `<mimic>` does.
+        higher: coefficients of the predecessor's square, cube and so on, the last one not zero; the
+            ratio may be zero where there are any.
         forces: what it exerts on the links: `none` but moments about turning axes and forces along
             slides, between the two links of each joint; those of a `mesh` of teeth; or empty where
             nothing says so.
@@ -244,6 +247,12 @@ class CouplingDescription(Value):
     of_joints: bool = False
     forces: str = ""
     mesh: Mesh | None = None
+    higher: tuple[float, ...] = ()
+
+    @property
+    def polynomial(self) -> np.polynomial.Polynomial:
+        """Motion of the successor as a function of that of the predecessor."""
+        return np.polynomial.Polynomial((self.offset, self.ratio, *self.higher))
 
 
 class Displacement(NamedTuple):
@@ -467,7 +476,7 @@ class Description(Value):
             "couplings": [
                 (
                     item.name,
-                    shown_ratio(item.ratio, item.offset),
+                    shown_ratio(item.ratio, item.offset, item.higher),
                     f"{item.predecessor} -> {item.successor}",
                 )
                 for item in self.couplings
@@ -555,9 +564,10 @@ def at_last_parts(armature: Sequence[float], kind: str) -> tuple[float, ...]:
     return (0.0,) * (len(kinds_of(kind)) - len(armature)) + tuple(armature)
 
 
-def shown_ratio(ratio: float, offset: float) -> str:
-    """Return the ratio of a coupling, and its offset where there is one, as a text."""
-    return f"ratio {ratio:g}, offset {offset:g}" if offset else f"ratio {ratio:g}"
+def shown_ratio(ratio: float, offset: float, higher: Sequence[float]) -> str:
+    """Return the ratio of a coupling, and what else it has of a polynomial, as a text."""
+    powers = f", higher {' '.join(f'{value:g}' for value in higher)}" if higher else ""
+    return f"ratio {ratio:g}" + (f", offset {offset:g}" if offset else "") + powers
 
 
 def _of_link(link: LinkDescription) -> tuple[str, ...]:

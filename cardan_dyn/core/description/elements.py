@@ -194,7 +194,7 @@ def armature_of(joint: ElementTree.Element, kind: str, at: str) -> tuple[float, 
     if stated is None:
         return ()
     at = f"{at}: dynamics armature"
-    return armature(_numbers(stated, max(len(stated.split()), 1), "", at), kind, at)
+    return armature(listed(stated, at), kind, at)
 
 
 def armature(values: Sequence[float], kind: str, at: str) -> tuple[float, ...]:
@@ -316,6 +316,11 @@ def _numbers(
     if len(values) != count:
         raise ModelError(f"{at}: {text!r} is not {count} finite number(s)")
     return values
+
+
+def listed(text: str, at: str) -> tuple[float, ...]:
+    """Return the numbers that an attribute lists, however many; see `numbers`."""
+    return tuple(_numbers(text, max(len(text.split()), 1), "", at))
 
 
 def words(values: Iterable[float]) -> str:

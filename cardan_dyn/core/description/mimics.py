@@ -120,11 +120,6 @@ def _mimic(
                 f"and are mimicked: {choices(single)}; remove <mimic>, or change the type"
             )
     multiplier = number(mimic.get("multiplier"), "1", f"{at} multiplier")
-    if multiplier == 0.0:
-        raise ModelError(
-            f"{at}: a multiplier of zero would hold the joint, not couple it; remove <mimic> and "
-            "hold the joint in the scene"
-        )
     offset = number(mimic.get("offset"), "0", f"{at} offset")
     coupling = CouplingDescription(name, mimicked, joint, multiplier, offset, of_joints=True)
     return with_forces(coupling, mimic, at)

@@ -344,6 +344,4 @@ def coupling(
     ratio_element = only(element, "ratio", at)
     text = None if ratio_element is None else ratio_element.get("value")
     ratio = number(text, "", f"{at}: ratio value")
-    if ratio == 0.0:
-        raise ModelError(f"{at}: a ratio of zero would hold the successor, not couple it")
     return with_forces(CouplingDescription(name, predecessor, successor, ratio), element, at)

@@ -331,7 +331,8 @@ class ProblemSolver(Frozen):
             is_ball = columns.stop - columns.start > 1
             every = flat(values, targets.shape, trailing=int(is_ball))
             x[:, columns] = every.reshape(targets.size, -1)
-        turns, angles = np.zeros_like(x), coordinates.angle_columns
+        turns = np.zeros_like(x)
+        angles = np.setdiff1d(coordinates.angle_columns, self.problem.mechanism.curving_columns)
         turns[:, angles] = np.rint(x[:, angles] / (2.0 * np.pi))
         x -= 2.0 * np.pi * turns
         given = coordinates.columns_of((*self.problem.independent, *self.varied))

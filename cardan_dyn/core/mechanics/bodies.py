@@ -96,12 +96,13 @@ class Loop(NamedTuple):
 
 
 class Coupling(NamedTuple):
-    """Ratio times the predecessor's displacement plus an offset is the successor's.
+    """The successor's displacement is a polynomial of the predecessor's.
 
     Attributes:
         number: its index in the mechanism.
-        ratio, offset: see above.
+        ratio, offset: its first coefficients.
         predecessors, successors: velocity coordinates that are summed up.
+        higher: its further coefficients.
     """
 
     number: int
@@ -109,6 +110,7 @@ class Coupling(NamedTuple):
     offset: float
     predecessors: tuple[int, ...]
     successors: tuple[int, ...]
+    higher: tuple[float, ...] = ()
 
 
 class Spin(NamedTuple):
@@ -423,6 +425,7 @@ def _coupling(index: int, stated: Stated, units: Array) -> Coupling:
         stated.offset / second,
         stated.predecessor_columns,
         stated.successor_columns,
+        tuple(value * first**power / second for power, value in enumerate(stated.higher, 2)),
     )
 
 

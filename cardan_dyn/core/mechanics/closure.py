@@ -12,7 +12,7 @@ from typing import NamedTuple
 from ...kit.arrays import ROUNDED
 from ..tape import absolute, greater, select, sqrt
 from . import spins
-from .bodies import Tree
+from .bodies import Coupling, Tree
 from .elimination import Row
 from .placements import Motion, Placed
 from .vectors import (
@@ -81,9 +81,7 @@ def _turn(first: Rotation, second: Rotation) -> Vector:
     return [select(square - ROUNDED, *both) for both in zip(turn, half, strict=True)]
 
 
-def errors(
-    tree: Tree, at: Placed, x: Mapping[int, Scalar], offsets: Sequence[Scalar]
-) -> tuple[list[Scalar], Scalar]:
+def errors(tree: Tree, at: Placed, offsets: Sequence[Scalar]) -> tuple[list[Scalar], Scalar]:
     """Return what the rows of loops and couplings are off by, and the greatest of all.
 
     A coupling counts by what the faster of its joints is off.
@@ -93,8 +91,7 @@ def errors(
     Args:
         tree: the loops and couplings.
         at: where the bodies are.
-        x: velocity coordinate to the displacement that couplings count.
-        offsets: of the couplings, whole turns that `x` lacks included.
+        offsets: of the couplings, with the whole turns that coordinates lack.
     """
     result: list[Scalar] = []
     worst: Scalar = 0.0
@@ -114,21 +111,74 @@ def errors(
         # 1 + 2 cos of the angle.
         trace = sum(dot(axis, target) for axis, target in zip(second, first, strict=True))
         worst = select(trace - 1.0, worst, 1.0)
-    for coupling, slip in zip(tree.couplings, slips(tree, x, offsets), strict=True):
+    each = zip(tree.couplings, slips(tree, at.positions, offsets), strict=True)
+    for coupling, slip in each:
         result.append(slip)
-        worst = greater(worst, absolute(slip) * (1.0 / max(1.0, abs(coupling.ratio))))
+        faster = greater(1.0, absolute(slope(coupling, at)))
+        worst = greater(worst, absolute(slip) * (1.0 / faster))
     return result, worst
 
 
 def slips(tree: Tree, x: Mapping[int, Scalar], offsets: Sequence[Scalar]) -> list[Scalar]:
-    """Return how far couplings are from their ratios and offsets; arguments as of `errors`."""
+    """Return how far couplings are from where they hold.
+
+    Args:
+        tree: the couplings.
+        x: velocity coordinate to the displacement that couplings count.
+        offsets: see `errors`.
+    """
     result = []
     for coupling, slip in zip(tree.couplings, offsets, strict=True):
         for rate in coupling.predecessors:
             slip = slip + coupling.ratio * x[rate]
         for rate in coupling.successors:
             slip = slip - x[rate]
+        if coupling.higher:
+            first = sum((x[rate] for rate in coupling.predecessors), 0.0)
+            slip = slip + _valued(coupling.higher, first) * first * first
         result.append(slip)
+    return result
+
+
+def slope(coupling: Coupling, at: Placed) -> Scalar:
+    """Return how fast the successor of a coupling moves per unit rate of the predecessor."""
+    if not coupling.higher:
+        return coupling.ratio
+    factors = [power * value for power, value in enumerate(coupling.higher, 2)]
+    return _valued([coupling.ratio, *factors], _first(coupling, at))
+
+
+def bends(tree: Tree, at: Placed, v: Mapping[int, Scalar]) -> list[Scalar]:
+    """Return how fast rates of couplings' rows change as their slopes do.
+
+    Args:
+        tree: the couplings.
+        at: where the bodies are.
+        v: velocity coordinate to joint velocity; what is missing is zero.
+    """
+    result: list[Scalar] = []
+    for coupling in tree.couplings:
+        bend: Scalar = 0.0
+        if coupling.higher:
+            rate = sum((v.get(rate, 0.0) for rate in coupling.predecessors), 0.0)
+            factors = [
+                power * (power - 1) * value for power, value in enumerate(coupling.higher, 2)
+            ]
+            bend = _valued(factors, _first(coupling, at)) * rate * rate
+        result.append(bend)
+    return result
+
+
+def _first(coupling: Coupling, at: Placed) -> Scalar:
+    """Return the displacement of a coupling's predecessor."""
+    return sum((at.positions[rate] for rate in coupling.predecessors), 0.0)
+
+
+def _valued(coefficients: Sequence[float], x: Scalar) -> Scalar:
+    """Return the value of a polynomial, of ascending powers (Horner)."""
+    *others, result = coefficients
+    for coefficient in reversed(others):
+        result = result * x + coefficient
     return result
 
 
@@ -167,7 +217,7 @@ def rows(
                         entries[rate] = sign * entry
         result += of_loop
     for coupling in tree.couplings:
-        of_coupling: dict[int, Scalar] = dict.fromkeys(coupling.predecessors, coupling.ratio)
+        of_coupling: dict[int, Scalar] = dict.fromkeys(coupling.predecessors, slope(coupling, at))
         of_coupling |= dict.fromkeys(coupling.successors, -1.0)
         result.append({rate: entry for rate, entry in of_coupling.items() if rate in moving})
     return result + [spins.row(tree, at, spin, moving) for spin in tree.spins]

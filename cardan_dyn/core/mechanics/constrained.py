@@ -118,11 +118,13 @@ class Free(NamedTuple):
             UnsuitableError: the closure rows do not decide these, or a way moves no mass.
         """
         at = placed(tree, x)
-        by_rate = {rate: x[body.column] for body in tree.bodies for rate in body.rates}
-        errors, error = closure.errors(tree, at, by_rate, [c.offset for c in tree.couplings])
+        errors, error = closure.errors(tree, at, [c.offset for c in tree.couplings])
         rows = closure.rows(tree, at, v)
         drifts = closure.drifts(tree, at, moving(tree, at, v, told, ZERO))
-        drifts += [product(row, told) for row in rows[len(drifts) :]]
+        drifts += [
+            product(row, told) + bend
+            for row, bend in zip(rows[len(drifts) :], closure.bends(tree, at, v), strict=True)
+        ]
         turned = triangle(
             [
                 {rate: entry for rate, entry in row.items() if rate not in told}

@@ -304,8 +304,7 @@ class _Chain:
         """Return what is known at positions."""
         tree = self._tree
         at = placed(tree, x)
-        by_rate = {rate: x[body.column] for body in tree.bodies for rate in body.rates}
-        errors, _ = closure.errors(tree, at, by_rate, self._offsets)
+        errors, _ = closure.errors(tree, at, self._offsets)
         rows = closure.rows(tree, at, range(len(tree.units)))
         count = len(next(iter(x.values())))
         matrix = np.zeros((count, len(rows), len(tree.units)))

@@ -34,11 +34,13 @@ class Placed(NamedTuple):
     Attributes:
         rotations, points: of the bodies' frames.
         directions: velocity coordinate to the unit vector along or about which it moves.
+        positions: likewise to the angle or the slide of what is no ball.
     """
 
     rotations: list[Rotation]
     points: list[Vector]
     directions: dict[int, Vector]
+    positions: dict[int, Scalar]
 
     def end(self, end: End) -> tuple[Rotation, Vector]:
         """Return where the end of a loop is: its rotation, and its point from its body's."""
@@ -69,6 +71,7 @@ def placed(tree: Tree, x: Mapping[int, Scalar]) -> Placed:
     rotations: list[Rotation] = []
     points: list[Vector] = []
     directions: dict[int, Vector] = {}
+    positions: dict[int, Scalar] = {}
     for body in tree.bodies:
         carrier, point = UNTURNED, body.translation
         rotation = body.rotation
@@ -83,7 +86,7 @@ def placed(tree: Tree, x: Mapping[int, Scalar]) -> Placed:
             (rate,) = body.rates
             own, value = body.axis, x[body.column]
             axis = rotation[own] if isinstance(own, int) else turned(rotation, own)
-            directions[rate] = axis
+            directions[rate], positions[rate] = axis, value
             if body.kind == "prismatic":
                 point = added(point, times(axis, value))
             elif isinstance(own, int):
@@ -92,7 +95,7 @@ def placed(tree: Tree, x: Mapping[int, Scalar]) -> Placed:
                 rotation = product(rotation, about(own, sin(value), cos(value)))
         rotations.append(rotation)
         points.append(point)
-    return Placed(rotations, points, directions)
+    return Placed(rotations, points, directions, positions)
 
 
 class Motion(NamedTuple):

@@ -201,8 +201,7 @@ class Position(NamedTuple):
         Unless it settles, rods are left as they are turned.
         """
         at = placed(tree, x)
-        by_rate = {rate: x[body.column] for body in tree.bodies for rate in body.rates}
-        errors, error = closure.errors(tree, at, by_rate, offsets)
+        errors, error = closure.errors(tree, at, offsets)
         angles = [spins.turned(at, spin) if settles else 0.0 for spin in tree.spins]
         turned: Scalar = 0.0
         for angle in angles:
@@ -249,7 +248,9 @@ class Position(NamedTuple):
         drifting = moving(tree, self.at, v, known, ZERO)
         drifts = closure.drifts(tree, self.at, drifting)
         loops = len(drifts)
-        drifts += self._changes(known)[loops : loops + len(tree.couplings)]
+        changes = self._changes(known)[loops : loops + len(tree.couplings)]
+        bends = closure.bends(tree, self.at, v)
+        drifts += [change + bend for change, bend in zip(changes, bends, strict=True)]
         drifts += [spins.drift(self.at, drifting, spin) for spin in tree.spins]
         return {**known, **self.factors.solve([-drift for drift in drifts])}
 
@@ -425,5 +426,5 @@ def _exerted(
                 result[rate] = result[rate] - moment
         for rate in coupling.predecessors:
             if rate in result:
-                result[rate] = result[rate] + coupling.ratio * moment
+                result[rate] = result[rate] + closure.slope(coupling, at) * moment
     return result

@@ -190,6 +190,14 @@ class Mechanism(Frozen):
         return Mechanism, (self.description,)
 
     @cached_property
+    def curving_columns(self) -> Array:
+        """Columns of which others are polynomials, so that no turn of them is like another."""
+        rates = {
+            rate for item in self.couplings if item.higher for rate in item.predecessor_columns
+        }
+        return self.coordinates.column_of(np.array(sorted(rates), dtype=int))
+
+    @cached_property
     def undescribed(self) -> tuple[Undescribed, ...]:
         """What couplings leave open whose description does not say which forces they exert."""
         if all(item.forces for item in self.couplings):
@@ -576,7 +584,7 @@ def _zero_of(description: Description, coordinates: Coordinates) -> Array:
     for _ in mimics:  # A joint may mimic one that mimics another itself, further below.
         for item in mimics:
             mimicked = x[coordinates.columns[item.predecessor].start]
-            x[coordinates.columns[item.successor].start] = item.ratio * mimicked + item.offset
+            x[coordinates.columns[item.successor].start] = item.polynomial(mimicked)
     return x
 
 

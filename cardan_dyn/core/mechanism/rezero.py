@@ -11,8 +11,8 @@ new one. Links, masses and wrenches stay what they are:
 - The slides of a `planar` and a `floating` joint are turned in the world as the child was, since
   they are counted along the axes of the joint's frame.
 - A loop's joint is displaced likewise; its frame in the successor stays, as the loop is closed.
-- Couplings are linear and hold for the displacements, so they hold for what is counted from them,
-  without an offset.
+- Couplings hold for the displacements, so they hold for what is counted from them, without an
+  offset, where polynomials are written about the new zero.
 
 What the laws of motion leave open is chosen by a norm that weighs moments with the mechanism's
 characteristic length, which counts slides that are part of an origin.
@@ -69,13 +69,12 @@ def rezeroed(
     """
     displacements = _displacements(description, mapping("at", positions))
     angles = {name: values for name, (_, values) in displacements.items()}
-    for coupling in description.couplings:
-        _check_coupling(description, coupling, angles)
+    couplings = tuple(_coupling(description, item, angles) for item in description.couplings)
     result = replace(
         description,
         joints=tuple(_joint(joint, *displacements[joint.name]) for joint in description.joints),
         loops=tuple(_loop(loop, *displacements[loop.name]) for loop in description.loops),
-        couplings=tuple(replace(coupling, offset=0.0) for coupling in description.couplings),
+        couplings=couplings,
         source=None,
         added="",
     )
@@ -198,9 +197,10 @@ def _axis(joint: JointOrLoop, displacement: Array) -> Array:
     return np.asarray(axis / np.linalg.norm(axis))
 
 
-def _check_coupling(
+def _coupling(
     description: Description, coupling: CouplingDescription, positions: Mapping[str, Array]
-) -> None:
+) -> CouplingDescription:
+    """Return a coupling that counts from other positions, which are refused if it does not hold."""
     carriers = {joint.child: joint for joint in description.joints}
 
     def path(link: str) -> list[str]:
@@ -217,13 +217,16 @@ def _check_coupling(
         sum(float(np.sum(positions[name])) for name in side if name not in other)
         for side, other in ((first, second), (second, first))
     ]
-    gap = abs(motions[1] - coupling.ratio * motions[0] - coupling.offset)
+    gap = abs(motions[1] - coupling.polynomial(motions[0]))
     if gap > _CLOSED * max(1.0, *map(abs, motions)):
         raise ArgumentError(
             f"at: the coupling {coupling.name!r} does not hold: its successor is at "
             f"{motions[1]:g}, its predecessor at {motions[0]:g}; the ratio is "
-            f"{shown_ratio(coupling.ratio, coupling.offset)}"
+            f"{shown_ratio(coupling.ratio, coupling.offset, coupling.higher)}"
         )
+    about_there = np.polynomial.Polynomial((motions[0], 1.0))
+    _, ratio, *higher = coupling.polynomial(about_there).coef.tolist()
+    return replace(coupling, offset=0.0, ratio=ratio, higher=tuple(higher))
 
 
 def link_placements(description: Description) -> dict[str, Array]:

@@ -118,7 +118,7 @@ def greatest_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
 
 
 class Coupling(NamedTuple):
-    """A ratio between two motions: ratio times the predecessor's plus offset is the successor's.
+    """What couples two motions; the successor's is a polynomial of the predecessor's.
 
     The motions are those of two joints, or those of two links: angles or slides, summed up over the
     joints from their nearest common ancestor.
@@ -129,7 +129,7 @@ class Coupling(NamedTuple):
         offset: motion of the successor while the predecessor is at zero [rad or m].
         predecessor_columns, successor_columns: velocity coordinates of the two joints, or of the
             joints between the two links and their nearest common ancestor.
-        forces: see `CouplingDescription`.
+        forces, higher: see `CouplingDescription`.
     """
 
     name: str
@@ -138,6 +138,7 @@ class Coupling(NamedTuple):
     predecessor_columns: tuple[int, ...]
     successor_columns: tuple[int, ...]
     forces: str
+    higher: tuple[float, ...] = ()
 
 
 def coupling_of(
@@ -157,11 +158,15 @@ def coupling_of(
     Raises:
         ModelError: it couples nothing, or a joint with several coordinates.
     """
+
+    def between(first: tuple[int, ...], second: tuple[int, ...]) -> Coupling:
+        numbers = coupling.ratio, coupling.offset
+        return Coupling(coupling.name, *numbers, first, second, coupling.forces, coupling.higher)
+
     ends = (coupling.predecessor, coupling.successor)
     if coupling.of_joints:
         mimicked, joint = (int(model.idx_vs[joints[name].id]) for name in ends)
-        columns = (mimicked,), (joint,)
-        return Coupling(coupling.name, coupling.ratio, coupling.offset, *columns, coupling.forces)
+        return between((mimicked,), (joint,))
     chains = [set(ancestors(model, links[name][0])) for name in ends]
     at = f"{model.name}: coupling {coupling.name!r}"
     first, second = (
@@ -172,7 +177,12 @@ def coupling_of(
         raise ModelError(
             f"{at}: no joint moves {coupling.predecessor!r} relative to {coupling.successor!r}"
         )
-    return Coupling(coupling.name, coupling.ratio, coupling.offset, first, second, coupling.forces)
+    if coupling.higher and not (first and second):
+        raise ModelError(
+            f"{at}: one of {ends[0]!r} and {ends[1]!r} carries the other, so that only one of them "
+            "moves; a ratio that changes is one of two motions: couple two joints"
+        )
+    return between(first, second)
 
 
 def _coupled_columns(
@@ -197,4 +207,5 @@ def shown(coupling: Coupling) -> str:
     """Return the name and ratio of a coupling as text."""
     from ..description.description import shown_ratio  # Only notebooks show it.
 
-    return f"{coupling.name}: {shown_ratio(coupling.ratio, coupling.offset)}"
+    shown = shown_ratio(coupling.ratio, coupling.offset, coupling.higher)
+    return f"{coupling.name}: {shown}"

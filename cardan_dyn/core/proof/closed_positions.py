@@ -126,4 +126,5 @@ def _slip(
         sum(float(x[coordinates.columns[name].start]) for name in names)
         for names in coupled_joints(coupling, frames)
     )
-    return abs(second - coupling.ratio * first - coupling.offset)
+    bent = sum(value * first**power for power, value in enumerate(coupling.higher, 2))
+    return abs(second - coupling.ratio * first - coupling.offset - bent)

@@ -44,13 +44,18 @@ class Motion(NamedTuple):
 class Coupling(NamedTuple):
     """A coupling: a sum of factors times rates, or coordinates, that is zero, or its offset.
 
+    Where it has higher powers of the predecessor's motion p, with coefficients a, the sum is
+    offset + a_2 p² + a_3 p³ …, and factors of the predecessor's rates change with p.
+
     Attributes:
         coupling: its index.
-        rates: joint velocities to their factors; also the effort along each of them per unit moment
-            of the coupling.
+        rates: joint velocities to their factors where p is zero; also the effort along each of them
+            per unit moment of the coupling.
         columns: coordinates to the same factors.
         offset: [rad, or m].
         scale: what a slip is divided by.
+        first: coordinates whose sum is p, to their joint velocities.
+        higher: powers of p to their coefficients.
     """
 
     coupling: int
@@ -58,6 +63,34 @@ class Coupling(NamedTuple):
     columns: dict[int, float]
     offset: float
     scale: float
+    first: dict[int, int]
+    higher: dict[int, float]
+
+    def factors(self, x: Sequence[Scalar]) -> dict[int, Scalar]:
+        """Return joint velocities to their factors at coordinates."""
+        result: dict[int, Scalar] = dict(self.rates)
+        if self.higher:
+            first = total([x[column] for column in self.first])
+            slopes = [value * power * _power(first, power - 1) for power, value in self.items]
+            for rate in self.first.values():
+                result[rate] = total([result[rate], *(-slope for slope in slopes)])
+        return result
+
+    @property
+    def items(self) -> list[tuple[int, float]]:
+        """Its higher powers and their coefficients."""
+        return list(self.higher.items())
+
+    def bent(self, x: Sequence[Scalar], v: Sequence[Scalar]) -> Scalar:
+        """Return how fast factors times constant rates change."""
+        if not self.higher:
+            return 0.0
+        first = total([x[column] for column in self.first])
+        rate = total([v[rate] for rate in self.first.values()])
+        terms = [
+            value * power * (power - 1) * _power(first, power - 2) for power, value in self.items
+        ]
+        return -(total(terms) * rate * rate)
 
 
 class Around(NamedTuple):
@@ -73,6 +106,14 @@ class Around(NamedTuple):
     ahead: list[int]
     behind: list[int]
     last: int
+
+
+def _power(x: Scalar, power: int) -> Scalar:
+    """Return a whole power."""
+    result: Scalar = 1.0
+    for _ in range(power):
+        result = result * x
+    return result
 
 
 class Constraints:
@@ -127,11 +168,12 @@ class Constraints:
                 last = frames.last[frames.tree + loop]
                 self.around.append(Around(loop, ahead, behind, last))
 
-    def coupling_factors(self) -> Array:
-        """Return `(G, nv)` the factors on rates of `couplings`."""
-        factors = np.zeros((len(self.couplings), len(self.rate_scale)))
-        for row, item in zip(factors, self.couplings, strict=True):
-            row[[*item.rates]] = [*item.rates.values()]
+    def coupling_factors(self, x: Array) -> Array:
+        """Return `(N, G, nv)` the factors on rates of `couplings` at coordinates `(N, size)`."""
+        factors = np.zeros((len(x), len(self.couplings), len(self.rate_scale)))
+        for row, item in enumerate(self.couplings):
+            for rate, factor in item.factors(list(x.T)).items():
+                factors[:, row, rate] = factor
         return factors
 
     def _coupling(
@@ -145,7 +187,13 @@ class Constraints:
         # one of these times the ratio.
         decisive = [rate for rate, factor in rates.items() if factor == 1.0] or [*rates]
         sizes = [abs(rates[rate]) * self.rate_scale[rate] for rate in decisive]
-        return Coupling(index, rates, columns, item.offset, max(sizes, default=0.0))
+        first = {
+            coordinates.columns[name].start: coordinates.velocity_columns[name].start
+            for name in predecessors
+        }
+        higher = dict(enumerate(item.higher, 2))
+        scale = max(sizes, default=0.0)
+        return Coupling(index, rates, columns, item.offset, scale, first, higher)
 
     def _motions_around(self, loop: int) -> tuple[list[int], list[int]]:
         """Return the motions around a loop on either side, see `Around`."""
@@ -175,6 +223,9 @@ class Constraints:
                 times(total([sample.x[column], math.tau * sample.turns[column]]), factor)
                 for column, factor in item.columns.items()
             ]
+            if item.higher:
+                moved = total([sample.x[column] for column in item.first])
+                terms += [-value * _power(moved, power) for power, value in item.items]
             yield (total(terms) - item.offset) / item.scale
         prescribed = (*sample.positions, *sample.held)
         for motion, position in zip((*self.driven, *self.held), prescribed, strict=True):
@@ -219,15 +270,21 @@ class Constraints:
             errors.append(ratio(greatest(apart), greatest(prescribed)))
         return greatest(errors)
 
-    def slip(self, rates: Sequence[Scalar]) -> Scalar:
+    def slip(
+        self, rates: Sequence[Scalar], x: Sequence[Scalar], v: Sequence[Scalar] | None = None
+    ) -> Scalar:
         """Return how fast couplings slip and held joints move, slides over the length.
 
         Args:
             rates: joint velocities, or accelerations.
+            x: coordinates.
+            v: joint velocities where rates are accelerations.
         """
         slips = [self._as_angle(rates, item.rate) for item in self.held]
         for item in self.couplings:
-            terms = [times(rates[rate], factor) for rate, factor in item.rates.items()]
+            terms = [times(rates[rate], factor) for rate, factor in item.factors(x).items()]
+            if v is not None:
+                terms.append(item.bent(x, v))
             slips.append(total(terms) / item.scale)
         return greatest(slips)
 

@@ -179,8 +179,9 @@ class FreeBodies:
             for gears in self._gears
             if gears.coupling in indices
         }
-        loops, factors = [item.loop for item in constraints.around], constraints.coupling_factors()
-        return SelfStressProof(self._screws, loops, factors, self._passives, self._length, geared)
+        loops = [item.loop for item in constraints.around]
+        factors = len(indices), constraints.coupling_factors
+        return SelfStressProof(self._screws, loops, *factors, self._passives, self._length, geared)
 
     def prove_flags(self, x: Array, unique: Array, condition: Array | float = 1.0) -> None:
         """Refuse flags of uniqueness that self-stresses contradict.
@@ -278,8 +279,11 @@ class FreeBodies:
         screws, constraints = self._screws, self._constraints
         units = screws.units(placed)
 
-        def violation(rates: Scalars, relative: Sequence[Screw]) -> Scalar:
-            return greater(constraints.slip(rates), constraints.opening(placed, relative))
+        def violation(
+            rates: Scalars, relative: Sequence[Screw], v: Scalars | None = None
+        ) -> Scalar:
+            slip = constraints.slip(rates, sample.x, v)
+            return greater(slip, constraints.opening(placed, relative))
 
         errors, relative = [constraints.drive_rate_error(sample)], [NOTHING] * len(placed)
         for ratios in sample.ratios:
@@ -299,7 +303,7 @@ class FreeBodies:
         # Accelerations contain centripetal terms, which grow with the square of the speed.
         size = constraints.greatest_rate(sample.a) + fastest * fastest
         errors.append(ratio(violation(sample.v, relative), fastest))
-        errors.append(ratio(violation(sample.a, changes), size))
+        errors.append(ratio(violation(sample.a, changes, sample.v), size))
         motions = list(zip(velocities, screws.absolute(changes), strict=True))
         return _Rates(greatest(errors), unit_twists, motions)
 
@@ -362,7 +366,7 @@ class FreeBodies:
         geared = {gears.coupling for gears in self._gears}
         for item in self._constraints.every_coupling:
             # Teeth exert what their coupling would.
-            for rate, factor in () if item.coupling in geared else item.rates.items():
+            for rate, factor in () if item.coupling in geared else item.factors(sample.x).items():
                 given[rate] = total([given[rate], times(sample.couplings[item.coupling], factor)])
         return given
 

@@ -8,7 +8,7 @@ any of them, and a component that is flagged not unique must change under at lea
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -56,7 +56,8 @@ class SelfStressProof:
         self,
         screws: Screws,
         loops: list[int],
-        coupling_factors: Array,
+        couplings: int,
+        coupling_factors: Callable[[Array], Array],
         passives: Sequence[int],
         length: float,
         geared: Mapping[int, tuple[int, int]] = MappingProxyType({}),
@@ -66,11 +67,13 @@ class SelfStressProof:
         Args:
             screws: of the description's joints.
             loops: indices of the loops that are closed.
-            coupling_factors: `(G, nv)` effort along each rate per unit moment of a coupling.
+            couplings: how many there are.
+            coupling_factors: returns `(N, G, nv)` the effort along each rate per unit moment of a
+                coupling, at coordinates `(N, size)`.
             passives: velocity coordinates that are neither driven nor held.
             length: characteristic length, that forces are multiplied with to compare them with
                 moments [m].
-            geared: row of `coupling_factors` to the joints that its teeth press on.
+            geared: coupling, as they are counted there, to the joints that its teeth press on.
         """
         frames = screws.frames
         self._geared = geared
@@ -89,13 +92,10 @@ class SelfStressProof:
         self._row_signs = self._signs[owners]
         scale = [length if screws.sliding[row] else 1.0 for row in self._rows]
         self._row_scale = np.array(scale)[:, None]
-        rates = [screws.rates[row] for row in self._rows]
-        columns = -coupling_factors[:, rates].T * self._row_scale
-        # A moment, or the force at a slide, counts by its greatest effort.
-        sizes = np.max(np.abs(columns), axis=0, initial=0.0)
-        self._coupling_columns = columns / np.where(sizes > 0.0, sizes, 1.0)
+        self._rates = [screws.rates[row] for row in self._rows]
+        self._coupling_factors = coupling_factors
         self._lengths = np.repeat([length, 1.0], 3)
-        self.unknowns = 6 * len(loops) + len(coupling_factors)
+        self.unknowns = 6 * len(loops) + couplings
 
     def influence(self, x: Array) -> Iterator[tuple[Array, Array]]:
         """Yield how far self-stresses change each component, for some positions at a time.
@@ -137,19 +137,22 @@ class SelfStressProof:
                     greatest = np.maximum(greatest, np.sqrt(np.sum(sums**2, axis=1)) * lengths)
         return greatest <= _CLEAR if judged else None
 
-    def _equilibrium(self, placed: Sequence[Frame], count: int) -> Array:
+    def _equilibrium(self, placed: Sequence[Frame], x: Array) -> Array:
         """Return `(N, R, C)` the effort along each passive rate per unit of each unknown.
 
         Unknowns are all closure wrenches, their forces times the length, then couplings' efforts;
         efforts of slides are multiplied with the length likewise.
         """
-        units = self._screws.units(placed)
+        units, count = self._screws.units(placed), len(x)
         vectors = [vector for row in self._rows for vector in units[row]]
         # Unknown forces count times the length, so that their factors are divided by it.
         factors = stacked(vectors, count).reshape(-1, 6, count).transpose(2, 0, 1) / self._lengths
         matrix = factors[:, :, None, :] * self._row_signs[:, :, None]
         matrix = matrix.reshape(count, len(self._rows), 6 * self._row_signs.shape[1])
-        couplings = np.broadcast_to(self._coupling_columns, (count, *self._coupling_columns.shape))
+        columns = -np.swapaxes(self._coupling_factors(x)[:, :, self._rates], 1, 2) * self._row_scale
+        # A moment, or the force at a slide, counts by its greatest effort.
+        sizes = np.max(np.abs(columns), axis=1, keepdims=True, initial=0.0)
+        couplings = columns / np.where(sizes > 0.0, sizes, 1.0)
         return np.concatenate([matrix * self._row_scale, couplings], axis=2)
 
     def _changes(self, x: Array) -> Iterator[tuple[list[Array], Array]]:
@@ -160,7 +163,7 @@ class SelfStressProof:
         for start in range(0, len(x), _POSITIONS_AT_ONCE):
             block = x[start : start + _POSITIONS_AT_ONCE]
             placed, count = self._screws.placing.placed(list(block.T)), len(block)
-            null_spaces, clear = _null_spaces(self._equilibrium(placed, count))
+            null_spaces, clear = _null_spaces(self._equilibrium(placed, block))
             frames = self._screws.placing.joint_frames(placed)
             vectors = [vector for axes, origin in frames for vector in (*axes, origin)]
             joint_frames = stacked(vectors, count).reshape(-1, 4, 3, count).transpose(3, 0, 1, 2)

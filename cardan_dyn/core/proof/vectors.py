@@ -92,11 +92,13 @@ def components(axes: tuple[Vector, Vector, Vector], a: Vector) -> Vector:
     return ZERO if a is ZERO else (dot(axes[0], a), dot(axes[1], a), dot(axes[2], a))
 
 
-def times(a: Scalar, constant: float) -> Scalar:
-    """Return a scalar times a constant, which is often 0, 1 or -1."""
-    if constant == 1.0:
+def times(a: Scalar, factor: Scalar) -> Scalar:
+    """Return a scalar times another, which often is a constant of 0, 1 or -1."""
+    if not isinstance(factor, float):
+        return a * factor
+    if factor == 1.0:
         return a
-    return -a if constant == -1.0 else a * constant if constant else 0.0
+    return -a if factor == -1.0 else a * factor if factor else 0.0
 
 
 def total(values: Iterable[Scalar]) -> Scalar:

@@ -153,7 +153,8 @@ def _self_stress(problem: Problem) -> SelfStressProof:
     return SelfStressProof(
         screws,
         [item.loop for item in constraints.around],
-        constraints.coupling_factors(),
+        len(constraints.couplings),
+        constraints.coupling_factors,
         problem.passive_columns.tolist(),
         length,
     )

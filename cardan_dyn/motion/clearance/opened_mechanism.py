@@ -16,7 +16,7 @@ import pinocchio
 from ...core.mechanism.joints import Part
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import NOTHING, Array
-from ..simulation.closed_directions import ClosedDirections
+from ..simulation.closed_directions import ClosedDirections, CouplingRows
 
 _WEIGHTLESS = 1e-13
 """Inertia of a way, as a fraction of the greatest of any coordinate, that counts as none."""
@@ -94,7 +94,9 @@ class OpenedMechanism:
             row[[moved[index] for index in coupling.predecessor_columns]] += coupling.ratio
             row[[moved[index] for index in coupling.successor_columns]] -= 1.0
         none = np.array([], dtype=int)
-        self._closure = ClosedDirections(model, constraints, rows, none, rank=model.nv)
+        self._closure = ClosedDirections(
+            model, constraints, CouplingRows(rows), none, rank=model.nv
+        )
         self._free = np.delete(np.arange(model.nv), [moved[index] for index in fixed])
         self._scale = self._scales(mechanism, freedoms, moved)
         self._kept = np.zeros((0, model.nv))

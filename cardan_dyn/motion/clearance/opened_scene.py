@@ -81,6 +81,12 @@ def opened(scene: Scene, pins: Sequence[OpenPin], rotor: float = 0.0) -> Opened:
     }.intersection(types)
     if coupled:
         raise ModelError(f"joint {min(coupled)!r} cannot have clearance: a coupling depends on it")
+    curved = [item.name for item in source.couplings if item.higher]
+    if curved:
+        raise ModelError(
+            f"coupling {curved[0]!r} has a ratio that changes, beside which no joint opens; "
+            "leave it out, or hold its joints"
+        )
     if rotor:
         source = _with_rotor(source, scene.drives[0], rotor)
     description = source.with_types(types)

@@ -8,8 +8,8 @@ digits: their squares, eigenvalues of J M⁻¹ Jᵀ, would leave five.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio
@@ -34,6 +34,84 @@ _MOST_STEPS = 8
 """Greatest number of Newton steps that close loops."""
 
 
+class Curve(NamedTuple):
+    """What a coupling adds to its linear row.
+
+    Attributes:
+        row: its index among the couplings.
+        rates, columns: of the predecessor's joints, velocity coordinates and coordinates.
+        unit: of these [m for slides, else rad].
+        powers: what the polynomial has beside its offset and ratio.
+    """
+
+    row: int
+    rates: list[int]
+    columns: list[int]
+    unit: float
+    powers: np.polynomial.Polynomial
+
+    def first(self, x: Array) -> float:
+        """Return the motion of the predecessor [m or rad]."""
+        return float(np.sum(x[self.columns]) * self.unit)
+
+
+class CouplingRows:
+    """The couplings of a chain: what vanishes where they hold.
+
+    Attributes:
+        rows: `(k, nv)` of what is linear of them, a ratio times predecessors less successors.
+    """
+
+    def __init__(
+        self,
+        rows: Array,
+        offsets: Array | None = None,
+        columns: Array | None = None,
+        curves: Sequence[Curve] = (),
+    ) -> None:
+        """Make them.
+
+        Args:
+            rows: see the attribute.
+            offsets: `(k,)`; if None, they hold wherever they are asked.
+            columns: `(nv,)` coordinates of velocity coordinates, -1 of those of balls.
+            curves: of those that are polynomials.
+        """
+        self.rows = rows
+        self._offsets, self._columns, self._curves = offsets, columns, curves
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.rows)
+
+    def at(self, x: Array) -> Array:
+        """Return the rows `(k, nv)` at a configuration."""
+        if not self._curves:
+            return self.rows
+        rows = self.rows.copy()
+        for curve in self._curves:
+            rows[curve.row, curve.rates] += curve.unit * curve.powers.deriv()(curve.first(x))
+        return rows
+
+    def gaps(self, x: Array) -> Array:
+        """Return by how much they are off `(k,)`, as rows count it."""
+        if self._offsets is None or self._columns is None:
+            return np.zeros(len(self.rows))
+        moved = np.where(self._columns < 0, 0.0, x[self._columns])
+        gaps = -(self.rows @ moved + self._offsets)
+        for curve in self._curves:
+            gaps[curve.row] -= curve.powers(curve.first(x))
+        return np.asarray(gaps)
+
+    def drift(self, x: Array, v: Array) -> Array:
+        """Return how fast the rows' products with constant rates change `(k,)`."""
+        drift = np.zeros(len(self.rows))
+        for curve in self._curves:
+            rate = curve.unit * np.sum(v[curve.rates])
+            drift[curve.row] = curve.powers.deriv(2)(curve.first(x)) * rate**2
+        return drift
+
+
 class ClosedDirections:
     """Accelerations of a chain by the directions that its closed loops leave.
 
@@ -49,10 +127,9 @@ class ClosedDirections:
         self,
         model: Any,
         constraints: Any,
-        couplings: Array,
+        couplings: CouplingRows,
         prescribed: Array,
         rank: int,
-        gaps: Callable[[Array], Array] | None = None,
         data: Any = None,
         lent: float = 0.0,
     ) -> None:
@@ -61,18 +138,15 @@ class ClosedDirections:
         Args:
             model: `pin.Model` of the chain.
             constraints: Pinocchio's constraints that close its loops.
-            couplings: rows `(k, nv)` of its couplings.
+            couplings: its couplings.
             prescribed: velocity coordinates `(p,)` that are driven or held.
             rank: of the closure equations where loops are closed, along free coordinates.
-            gaps: returns by how much couplings are off at a configuration, as their rows count it;
-                if None, they hold.
             data: Pinocchio's, to work in with others, as it is great; its own if None.
             lent: inertia that every joint is lent where displacements are measured.
         """
         self.model, self._lent = model, lent
         self._data = self.model.createData() if data is None else data
         self._constraints, self._couplings = list(constraints), couplings
-        self._coupling_gaps = gaps
         self._prescribed, self._rank = prescribed, rank
         self.free = np.delete(np.arange(model.nv), prescribed)
         self.loop_rows = 6 * len(self._constraints)
@@ -232,7 +306,7 @@ class ClosedDirections:
             second = self._data.oMi[item.joint2_id] * item.joint2_placement
             gaps[6 * index : 6 * index + 6] = pinocchio.log6(first.actInv(second)).vector
             size = max(size, float(np.max(np.abs(first.translation))))
-        gaps[self.loop_rows :] = self._coupling_gaps(x) if self._coupling_gaps else 0.0
+        gaps[self.loop_rows :] = self._couplings.gaps(x)
         return gaps, size
 
     def _inertia(self, x: Array) -> Array:
@@ -258,7 +332,7 @@ class ClosedDirections:
         model, data = self.model, self._data
         pinocchio.computeJointJacobians(model, data, x)
         rows = np.empty((self.loop_rows + len(self._couplings), model.nv))
-        rows[self.loop_rows :] = self._couplings
+        rows[self.loop_rows :] = self._couplings.at(x)
         for index, item in enumerate(self._constraints):
             between = self._world_rows(item.joint1_id) - self._world_rows(item.joint2_id)
             frame = data.oMi[item.joint1_id] * item.joint1_placement
@@ -277,7 +351,8 @@ class ClosedDirections:
         """Return how fast the rows' products with constant rates change, `(6 L + k,)`."""
         model, data = self.model, self._data
         pinocchio.forwardKinematics(model, data, x, v, np.zeros(model.nv))
-        result = np.zeros(self.loop_rows + len(self._couplings))
+        result = np.empty(self.loop_rows + len(self._couplings))
+        result[self.loop_rows :] = self._couplings.drift(x, v)
         for index, item in enumerate(self._constraints):
             first = _moving(data, item.joint1_id, item.joint1_placement)
             second = _moving(data, item.joint2_id, item.joint2_placement)

@@ -28,7 +28,7 @@ from ...core.dynamics.chain_tape import ChainTape, ChainTapes
 from ...core.mechanism.mechanism import Mechanism
 from ...core.mechanism.welds import Loop
 from ...kit.arrays import Array, consecutive
-from .closed_directions import ClosedDirections, rank_of, refuse_open
+from .closed_directions import ClosedDirections, CouplingRows, Curve, rank_of, refuse_open
 from .free_balls import WithBalls
 from .turning_model import in_lengths, turning_model
 
@@ -54,7 +54,6 @@ _MOST_STEPS = 4
 """Greatest number of Newton steps that close loops which have drifted open."""
 _CLOSED = 4e-16
 """Closure error at which they end, see `ConstrainedChain.closure_error`."""
-_NO_GAPS = np.zeros(0)
 _NEAR = 1e-8
 """Error of which one Newton step leaves rounding."""
 _OPEN = 1e-3
@@ -291,8 +290,8 @@ class ConstrainedChain:
             ).constraint(self.model)
             for loop in chain.loops
         ]
-        couplings = _Couplings(mechanism, chain)
-        self._is_open = not (constraints or len(couplings.rows))
+        couplings = _couplings(mechanism, chain)
+        self._is_open = not (constraints or len(couplings))
         state = state[chain.columns] * self._of_positions
         # Its size grows with the third power of the coordinates: there is one for all that works.
         data = self.model.createData()
@@ -301,8 +300,8 @@ class ConstrainedChain:
         self._lent = _lent_inertia(upper + np.triu(upper, 1).T, self._free)
 
         def directions(rank: int) -> ClosedDirections:
-            made_of = self.model, constraints, couplings.rows, self.prescribed, rank
-            return ClosedDirections(*made_of, gaps=couplings.gaps, data=data, lent=self._lent)
+            made_of = self.model, constraints, couplings, self.prescribed, rank
+            return ClosedDirections(*made_of, data=data, lent=self._lent)
 
         self._every = every = directions(self.model.nv)
 
@@ -522,34 +521,35 @@ class _Elsewhere(NamedTuple):
         return float(values[self.rank - 1] / values[0] / self.typical)
 
 
-class _Couplings:
-    """The couplings of a chain.
-
-    Attributes:
-        rows: `(k, nv)`, whose products with rates vanish where couplings hold.
-    """
-
-    def __init__(self, mechanism: Mechanism | WithBalls, chain: Chain) -> None:
-        coordinates = mechanism.coordinates
-        chosen = [mechanism.couplings[index] for index in chain.couplings]
-        rows = np.zeros((len(chosen), mechanism.model.nv))
-        for row, coupling in zip(rows, chosen, strict=True):
-            row[list(coupling.predecessor_columns)] += coupling.ratio
-            row[list(coupling.successor_columns)] -= 1.0
-        self.rows = (rows * coordinates.rate_scale)[:, chain.rates]
-        self._offsets = np.array([item.offset for item in chosen])
-        columns, rates = coordinates.scalars
-        own = np.isin(rates, chain.rates)
-        self._columns = np.searchsorted(chain.columns, columns[own])
-        self._rates = np.searchsorted(chain.rates, rates[own])
-
-    def gaps(self, x: Array) -> Array:
-        """Return by how much they are off `(k,)` at coordinates, as their rows count it."""
-        if not len(self.rows):
-            return _NO_GAPS
-        moved = np.zeros(self.rows.shape[1])
-        moved[self._rates] = x[self._columns]
-        return -(self.rows @ moved + self._offsets)
+def _couplings(mechanism: Mechanism | WithBalls, chain: Chain) -> CouplingRows:
+    """Return the couplings of a chain."""
+    coordinates = mechanism.coordinates
+    chosen = [mechanism.couplings[index] for index in chain.couplings]
+    rows = np.zeros((len(chosen), mechanism.model.nv))
+    columns, rates = coordinates.scalars
+    own = np.isin(rates, chain.rates)
+    column_of = np.full(len(chain.rates), -1)
+    column_of[np.searchsorted(chain.rates, rates[own])] = np.searchsorted(
+        chain.columns, columns[own]
+    )
+    curves = []
+    for index, coupling in enumerate(chosen):
+        rows[index, list(coupling.predecessor_columns)] += coupling.ratio
+        rows[index, list(coupling.successor_columns)] -= 1.0
+        if coupling.higher:
+            first = list(coupling.predecessor_columns)
+            own_rates = np.searchsorted(chain.rates, first)
+            curves.append(
+                Curve(
+                    index,
+                    own_rates.tolist(),
+                    column_of[own_rates].tolist(),
+                    float(coordinates.rate_scale[first[0]]),
+                    np.polynomial.Polynomial((0.0, 0.0, *coupling.higher)),
+                )
+            )
+    rows = (rows * coordinates.rate_scale)[:, chain.rates]
+    return CouplingRows(rows, np.array([item.offset for item in chosen]), column_of, curves)
 
 
 def _lent_inertia(inertia: Array, free: Array) -> float:

@@ -100,10 +100,17 @@ def described(mechanism: Mechanism) -> list[Grid]:
     couplings = Grid(
         "couplings",
         "Couplings: the motion of the successor is the ratio times that of the predecessor, plus "
-        "the offset.",
-        ("coupling", "predecessor", "successor", "ratio", "offset [rad or m]"),
+        "the offset, plus higher coefficients times its square, its cube and so on.",
+        ("coupling", "predecessor", "successor", "ratio", "offset [rad or m]", "higher"),
         [
-            (item.name, item.predecessor, item.successor, float(item.ratio), float(item.offset))
+            (
+                item.name,
+                item.predecessor,
+                item.successor,
+                float(item.ratio),
+                float(item.offset),
+                " ".join(f"{value:g}" for value in item.higher),
+            )
             for item in description.couplings
         ],
     )

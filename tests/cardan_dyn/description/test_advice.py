@@ -168,7 +168,7 @@ CASES = {
         robot(LINKS, OPEN.replace("</joint>", '<mimic joint="B"/></joint>', 1)),
         2,
     ),
-    "a multiplier of zero": Case(
+    "a ratio of zero": Case(
         robot(LINKS, OPEN.replace("</joint>", '<mimic joint="B" multiplier="0"/></joint>', 1)),
         "remove <mimic> and hold the joint in the scene",
         robot(LINKS, OPEN),

@@ -53,7 +53,7 @@ def test_couplings_of_links_come_first() -> None:
         ('<mimic joint=""/>', 'joint="..." is missing'),
         (mimic("knukle"), "joint 'knukle' does not exist; .*did you mean 'knuckle'"),
         (mimic("middle"), "a joint cannot mimic itself; name another one"),
-        (mimic("knuckle", 0.0), "a multiplier of zero would hold the joint"),
+        (mimic("knuckle", 0.0), "a ratio of zero would hold the successor"),
         ('<mimic joint="knuckle" multiplier="x"/>', "multiplier: 'x' is not 1 finite"),
         ('<mimic joint="knuckle" offset="nan"/>', "offset: 'nan' is not 1 finite"),
         ('<mimic joint="knuckle" offset="1 2"/>', "offset: '1 2' is not 1 finite"),

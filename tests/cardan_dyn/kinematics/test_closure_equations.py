@@ -306,7 +306,7 @@ def turns_between(first: list[np.ndarray], second: list[np.ndarray]) -> np.ndarr
     """Rotations `(N, 3)` between the ends of a loop on the world, turned like this."""
     ends = [End(-1, np.array(rotations).transpose(2, 1, 0), ZERO) for rotations in (first, second)]
     tree = tree_of(four_bar())._replace(bodies=(), loops=(Loop(*ends, -1),))
-    (turn,) = closure.turns(tree, Placed([], [], {}))
+    (turn,) = closure.turns(tree, Placed([], [], {}, {}))
     return np.array(turn).T
 
 

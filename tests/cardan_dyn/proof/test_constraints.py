@@ -200,11 +200,12 @@ def test_factors_of_a_coupling_leave_out_common_joints() -> None:
     mechanism = coupled_wheels().mechanism
     item, _ = constraints(mechanism)
     expected = rate(mechanism, **{"in": 2.0, "out": 1.0})
-    np.testing.assert_array_equal(item.coupling_factors(), [expected])
+    x = row(mechanism)[None]
+    np.testing.assert_array_equal(item.coupling_factors(x), [[expected]])
     unknown, _ = constraints(mechanism, unknown=["out"])
     assert unknown.couplings == []
     assert unknown.every_coupling == item.couplings
-    assert unknown.coupling_factors().shape == (0, mechanism.model.nv)
+    assert unknown.coupling_factors(x).shape == (1, 0, mechanism.model.nv)
 
 
 def test_slips_of_couplings_by_positions_and_rates() -> None:
@@ -217,7 +218,7 @@ def test_slips_of_couplings_by_positions_and_rates() -> None:
     ):
         x = row(mechanism, **positions)
         assert position_error(item, screws, mechanism, x) == pytest.approx([slip], abs=1e-15)
-        error = ratio(item.slip(rate(mechanism, **positions)), 0.5)
+        error = ratio(item.slip(rate(mechanism, **positions), x), 0.5)
         assert error == pytest.approx(2.0 * slip, abs=1e-15)
 
 
@@ -234,7 +235,7 @@ def test_a_slip_of_a_slide_is_compared_with_the_length(rack: cd.Mechanism) -> No
     item, screws = constraints(rack)
     x = row(rack, A=1.0, rack=0.3)
     assert position_error(item, screws, rack, x) == pytest.approx([0.2 / LENGTH])
-    slip = item.slip(rate(rack, A=1.0, rack=0.3))
+    slip = item.slip(rate(rack, A=1.0, rack=0.3), x)
     assert slip == pytest.approx(0.2 / LENGTH)
 
 
@@ -320,7 +321,7 @@ def test_held_joints_rest() -> None:
         link("a"), link("b"), joint("A", "ground", "a"), joint("B", "ground", "b")
     )
     item, _ = constraints(mechanism, ["A"], ["B"])
-    error = ratio(item.slip(rate(mechanism, A=7.0, B=-0.5)), 2.0)
+    error = ratio(item.slip(rate(mechanism, A=7.0, B=-0.5), row(mechanism)), 2.0)
     assert error == pytest.approx(0.25)
 
 

@@ -29,7 +29,8 @@ def proof(
     passives = [rate for rate in range(nv) if rate not in prescribed]
     loops = list(range(len(frames_of(mechanism).ends)))
     factors = np.zeros((0, nv)) if couplings is None else couplings
-    return SelfStressProof(Screws(frames_of(mechanism)), loops, factors, passives, length)
+    every = len(factors), lambda x: np.broadcast_to(factors, (len(x), *factors.shape))
+    return SelfStressProof(Screws(frames_of(mechanism)), loops, *every, passives, length)
 
 
 def positions(mechanism: cd.Mechanism, *rows: dict[str, float]) -> np.ndarray:

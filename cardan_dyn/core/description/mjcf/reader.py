@@ -372,7 +372,7 @@ class _Reader:
         return LoopDescription(name, joint, first, second, origins[0], origins[1], axis, axis)
 
     def _coupling(self, index: int, name: str, at: str) -> CouplingDescription:
-        """Return the coupling that an equality of two joints is, where its polynomial is linear.
+        """Return the coupling that an equality of two joints is.
 
         The polynomial counts both coordinates from the initial configuration, where those of a
         description are zero.
@@ -383,13 +383,17 @@ class _Reader:
         )
         offset, ratio, *higher = model.eq_data[index][:5].tolist()
         held = {self._of_index[k].name for k in self._found.locked} & {driven, driving}
-        if held or ratio == 0.0 or any(higher):
+        while higher and higher[-1] == 0.0:
+            higher.pop()
+        if held or not (ratio or higher):
             raise ModelError(
                 f"{at}: it is not supported except as a coupling of two joints that move: write "
-                'polycoef="offset ratio 0 0 0", the ratio not zero; a ratio that changes is a '
-                "mechanism of its own, which bodies and <connect> describe"
+                'polycoef="offset ratio 0 0 0", the ratio not zero, or higher coefficients; leave '
+                "joint2 out where joint1 stays where it is"
             )
-        return CouplingDescription(name, driving, driven, ratio, offset, of_joints=True)
+        return CouplingDescription(
+            name, driving, driven, ratio, offset, of_joints=True, higher=tuple(higher)
+        )
 
     def _of_tendons(self, index: int, name: str, at: str) -> CouplingDescription:
         """Return the coupling that fixed tendons of two joints are, one tendon or both.

@@ -73,7 +73,7 @@ class _Placed:
         loops = [k for k in active if model.eq_type[k] not in self._kinds]
         ratios = {
             (self._of_joint(model.eq_obj1id[k]), self._of_joint(model.eq_obj2id[k])): tuple(
-                model.eq_data[k][:2].tolist()
+                model.eq_data[k][:5].tolist()
             )
             for k in active
             if model.eq_type[k] == joint and model.eq_obj2id[k] >= 0
@@ -87,7 +87,12 @@ class _Placed:
                 self._loop(loop, k) for loop, k in zip(description.loops, loops, strict=True)
             ),
             couplings=tuple(
-                replace(item, offset=float(of[0]), ratio=float(of[1]))
+                replace(
+                    item,
+                    offset=float(of[0]),
+                    ratio=float(of[1]),
+                    higher=tuple(np.trim_zeros(of[2:], "b")),
+                )
                 for item in description.couplings
                 for of in [ratios[item.successor, item.predecessor]]
             ),

@@ -43,6 +43,8 @@ from ..together import together
 _DIRECT = {"spherical": "connect", "fixed": "weld"}
 """Types of loops that are an equality, and its kind."""
 _WORLD = "world"
+_POWERS = 5
+"""Coefficients of MuJoCo's `polycoef`."""
 """Name of MuJoCo's outermost body."""
 _WORDS = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball"}
 """Elementary part of a joint to the joint that it is in MJCF."""
@@ -94,8 +96,14 @@ class _MjcfWriter:
                     self._coupled(*links, coupling.name)
                     for links in ((first, second), (second, first))
                 )
-            powers = f"{words([coupling.offset, coupling.ratio])} 0 0 0"
-            ends = {"joint1": second, "joint2": first, "polycoef": powers}
+            powers = [coupling.offset, coupling.ratio, *coupling.higher]
+            if len(powers) > _POWERS:
+                raise ModelError(
+                    f"{description.name}: coupling {coupling.name!r}: MJCF has powers up to the "
+                    "fourth; write URDF+"
+                )
+            polynomial = words(powers + [0.0] * (_POWERS - len(powers)))
+            ends = {"joint1": second, "joint2": first, "polycoef": polynomial}
             SubElement(self._equalities, "joint", {"name": coupling.name, **ends})
         model, actuator = Element("mujoco", model=description.name), Element("actuator")
         for joint in description.joints:

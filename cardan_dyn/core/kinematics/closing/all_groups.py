@@ -114,6 +114,12 @@ class Kinematics:
         columns = [solver.idle_columns for solver in self.solvers if solver.group.idle]
         return np.concatenate([np.zeros(0, dtype=int), *columns])
 
+    @cached_property
+    def curving_columns(self) -> Array:
+        """Columns of which others are polynomials, so that no turn of them is like another."""
+        columns = [solver.curving_columns for solver in self.solvers]
+        return np.concatenate([np.zeros(0, dtype=int), *columns])
+
     def independent_parts(self) -> list[tuple[list[int], list[int]]]:
         """Return sets of drives that meet in groups, with the groups whose passives they move.
 

@@ -20,7 +20,8 @@ import numpy as np
 
 from ....kit.arrays import ROUNDED, Array
 from ...mechanics import closure, spins
-from ...mechanics.bodies import massless
+from ...mechanics.bodies import Coupling as Tied
+from ...mechanics.bodies import Tree, massless
 from ...mechanics.placements import Placed, moving, placed
 from ...mechanics.vectors import (
     UNTURNED,
@@ -319,7 +320,7 @@ class ClosureEquations:
         for coupling, slip, row, unit in zip(
             tree.couplings, slips, couplings, self.slip_units.tolist(), strict=True
         ):
-            scale = float(tree.units[coupling.successors[0]]) if coupling.successors else 1.0
+            scale = _slip_scale(tree, coupling)
             for rate, own in entries.items():
                 own.append(row.get(rate, 0.0) * (scale / unit))
             errors.append(slip * (scale / unit))
@@ -353,7 +354,9 @@ class ClosureEquations:
             rotation, point = axes.placed(at, gap.middle)
             linear = added(linear, cross(angular, less(point, gap.middle)))
             result += _combined(self._weighted([*linear, *angular], rotation), kept)
-        result += [0.0] * len(tree.couplings)
+        scales = zip(tree.couplings, self.slip_units.tolist(), strict=True)
+        for bend, (coupling, unit) in zip(closure.bends(tree, at, v), scales, strict=True):
+            result.append(bend * (_slip_scale(tree, coupling) / unit))
         return result + [spins.drift(at, motion, spin) for spin in self._spins]
 
     def _weighted(self, twist: Sequence[Scalar], rotation: Rotation) -> list[Scalar]:
@@ -370,6 +373,11 @@ def equations_of(mechanism: Mechanism, group: Group) -> ClosureEquations:
     most = MOST + mechanism.model.njoints
     made = partial(ClosureEquations, mechanism, group)
     return mechanism.kept.of("equations", group.closure, made, most)
+
+
+def _slip_scale(tree: Tree, coupling: Tied) -> float:
+    """Return the unit of a tree in which a coupling slips [rad or m]."""
+    return float(tree.units[coupling.successors[0]]) if coupling.successors else 1.0
 
 
 def _combined(values: Sequence[Scalar], vectors: Array) -> list[Scalar]:

@@ -46,6 +46,7 @@ class GroupSolver:
         self._kept = Kept()
         self.coordinates = coordinates = mechanism.coordinates
         self.equations = equations = equations_of(mechanism, group)
+        self.curving_columns = mechanism.curving_columns
         self._moves = coordinates.moves(group.passives)
         self.movable = np.concatenate([group.known, group.passives])
         self._own_rows = [equations.rates.index(rate) for rate in self.movable.tolist()]

@@ -231,7 +231,11 @@ class Branch:
             SingularConfigurationError: a dead point lies on the way.
         """
         with self._lock:
-            while self.period is None and self._turns_tried < _TURNS_TRIED:
+            # A polynomial of the drive, which grows steeply, does not repeat: nothing is followed.
+            of_drive = self.kinematics.coordinates.column_of(self.kinematics.drives)
+            grows = np.any(np.isin(of_drive, self.kinematics.curving_columns))
+            most = 0 if grows else _TURNS_TRIED
+            while self.period is None and self._turns_tried < most:
                 half = 0.5 * TURN * (self._turns_tried + 1)
                 if half >= within:
                     break
@@ -317,7 +321,8 @@ def whole_turns(kinematics: Kinematics, first: Array, last: Array) -> tuple[Arra
         missed[:, ball] = np.minimum(missed[:, ball], np.abs(last + first)[:, ball])
     # How far idle rods have turned about their lines says nothing about the motion.
     missed[:, kinematics.idle_columns] = 0.0
-    return np.max(missed, axis=1, initial=0.0) < MOVES, windings
+    is_back = np.max(missed, axis=1, initial=0.0) < MOVES
+    return is_back & ~np.any(windings[:, kinematics.curving_columns], axis=1), windings
 
 
 def _joined(*rows: Rows) -> Rows:

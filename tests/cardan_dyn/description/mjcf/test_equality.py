@@ -103,13 +103,8 @@ def test_couplings_of_two_joints() -> None:
     turn = cd.Scene(mechanism, drive="f").sweep([0.1, 0.2], acceleration=1.0)
     np.testing.assert_allclose(turn.motion.position("e"), [-0.25, -0.5], rtol=1e-13)
     np.testing.assert_allclose(turn.drive_effort, 1.0 + 2.5**2, rtol=1e-13)
-    for other in (
-        gear.replace("0 -2.5 0", "0 -2.5 1"),
-        gear.replace("0 0 0", "0 0 1e-9"),
-        gear.replace("-2.5", "0"),
-    ):
-        with pytest.raises(cd.ModelError, match="is not supported except as a coupling"):
-            read(wheels.format(other))
+    with pytest.raises(cd.ModelError, match="is not supported except as a coupling"):
+        read(wheels.format(gear.replace("-2.5", "0")))
     ball = wheels.replace('name="f"', 'name="f" type="ball"')
     with pytest.raises(cd.ModelError, match="only HINGE and SLIDE joint allowed"):
         read(ball.format(gear))
