@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from copy import copy
 from functools import cached_property
 from itertools import chain, islice, pairwise
 from typing import NamedTuple
@@ -203,6 +204,12 @@ class Equations:
         counts = [sizes[0], rates, rates, rates * len(roles.drives), 6 * forces, rates]
         ends = np.cumsum([len(Judged._fields), *counts, couplings, couplings]).tolist()
         self.spans = [slice(*ends_of) for ends_of in pairwise(ends)]
+
+    def on(self, tree: Tree) -> Equations:
+        """Return the same of a tree of other numbers."""
+        result = copy(self)
+        result.tree = tree
+        return result
 
     def given(self, rows: Iterator[Scalar], x: Sequence[Scalar]) -> Given:
         """Return what is given at a sample.
