@@ -158,8 +158,10 @@ def _mimic(coupling: CouplingDescription, joint: Element) -> CouplingDescription
 
 def _with_teeth(coupling: CouplingDescription, element: Element) -> CouplingDescription:
     """Return a coupling with the numbers that its element states of powers and of teeth."""
-    powers = np.trim_zeros([float(word) for word in element.get("higher", "").split()], "b")
-    coupling = replace(coupling, higher=tuple(map(float, powers)))
+    powers = [float(word) for word in element.get("higher", "").split()]
+    while powers and not powers[-1]:
+        powers.pop()
+    coupling = replace(coupling, higher=tuple(powers))
     forces = element.get("forces", "")
     if forces != "mesh":
         return replace(coupling, forces=forces, mesh=None)

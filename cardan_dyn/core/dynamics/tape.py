@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from copy import copy
 from functools import cached_property
 from itertools import chain, islice
 from typing import NamedTuple
@@ -193,6 +194,12 @@ class Equations:
         self.outputs = ends[-1]
         places = *range(singles), *map(slice, ends, ends[1:])
         self._places = [(slice(None), place) for place in places]
+
+    def on(self, tree: Tree) -> Equations:
+        """Return the same of a tree of other numbers."""
+        result = copy(self)
+        result.tree = tree
+        return result
 
     def given(self, rows: Iterator[Scalar], x: Sequence[Scalar]) -> Given:
         """Return what is given at a sample.

@@ -33,16 +33,17 @@ from ..kinematics.loops.closure_blocks import closure_blocks, with_rods
 from ..kinematics.loops.groups import Group
 from ..kinematics.tolerances import SINGULAR_CONDITION
 from ..mechanics.bodies import Tree, tree_of
-from ..mechanics.elimination import UnsuitableError
+from ..mechanics.elimination import Order, UnsuitableError
 from ..mechanics.reactions import Compliance
 from ..mechanics.sample import Roles
 from ..mechanics.teeth import gears_of
+from ..mechanism.mechanism import Mechanism
 from ..problem.problem import Problem
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs, InverseDynamics, JointRates, Solution
 from .tape import SAMPLES, Equations, Found, Kind, LinkKind, Prescribed, Tape
 from .velocity_ratios import VelocityRatios
 
-_MOST_TAPES = 3
+MOST_TAPES = 3
 """Orders that are tried at samples of one kind."""
 _MOST_OWN = 64
 """Tapes of orders chosen at samples that are kept: designs of a line of three joints have 49."""
@@ -72,7 +73,7 @@ class TapedSolver:
             assembly: at whose scouts orders of elimination are chosen.
             efforts_alone: whether of all forces the efforts of drives are wanted alone.
         """
-        self._problem, self._mechanism = problem, problem.mechanism
+        self.problem, self._mechanism = problem, problem.mechanism
         self._wrenches, self._assembly = wrenches, assembly
         mechanism, coordinates = problem.mechanism, problem.mechanism.coordinates
         self._groups = [group for group, _ in groups]
@@ -104,7 +105,7 @@ class TapedSolver:
         )
         self._equations: dict[Kind, Equations] = {}
         self._tapes: dict[tuple[Kind, bytes], dict[int, Tape | None]] = {}
-        self._key = (
+        self.key = (
             self._roles,
             tuple(self._varied),
             tuple(sorted(wrenches)),
@@ -144,8 +145,8 @@ class TapedSolver:
             v=found.v,
             a=found.a,
             velocity_ratios=VelocityRatios.of(rates.velocity_ratios, dynamics.depends),
-            wrenches=wrenches[:, self._problem.output_indices],
-            efforts=found.efforts.take(self._problem.prescribed_columns, 1),
+            wrenches=wrenches[:, self.problem.output_indices],
+            efforts=found.efforts.take(self.problem.prescribed_columns, 1),
             coupling_moments=found.couplings,
             # A copy, since it is kept longer than all that it is a row of.
             closure_condition=found.condition.copy(),
@@ -172,7 +173,7 @@ class TapedSolver:
             close: see `solution`, as well as for errors.
             links: wrenches on links in place of those of elements and inputs.
         """
-        elements = self._problem.element_forces if links is None else None
+        elements = self.problem.element_forces if links is None else None
         pushed = list(inputs.link_loads.values()) if links is None else links
         rows = np.ascontiguousarray(x.T)
         with np.errstate(all="ignore"):  # What overflows is refused where results are judged.
@@ -249,10 +250,10 @@ class TapedSolver:
             close: see `solution`, as well as for errors.
             moves_alone: whether the motion is wanted without forces.
         """
-        kind = self._kind(inputs, links, moves_alone)
-        equations, count = self._equations_of(kind), x.shape[1]
-        offsets = self._offsets(equations.tree, inputs.turns)
-        rows = Prescribed.of(inputs, _vectors(links), offsets, kind)
+        kind = self.kind_of(inputs, links, moves_alone)
+        equations, count = self.equations_of(kind), x.shape[1]
+        offsets = self.offsets(equations.tree, inputs.turns)
+        rows = Prescribed.of(inputs, vectors(links), offsets, kind)
         every = np.arange(count)
         opened: list[tuple[Array, set[int]]] = []
         found, left = self._by_tapes(equations, kind, rows, x, every, None, opened)
@@ -308,7 +309,7 @@ class TapedSolver:
             opened: what statics leaves open is added to it.
         """
         count = x.shape[1]
-        for index in range(_MOST_TAPES):
+        for index in range(MOST_TAPES):
             own = rows if len(left) == count else rows.of_lanes(left, count)
             near = x if len(left) == count else x[:, left]
             result = self._run(index, equations, kind, own, near)
@@ -346,15 +347,29 @@ class TapedSolver:
             samples: indices of some of n.
             acting: see `Tape`.
         """
-        shadows = x[:, samples] / equations.tree.coordinate_units(len(x))[:, None]
-        for order, own in self._roles.orders(equations.tree, shadows, 1.0 / SINGULAR_CONDITION):
-            if self._roles.compliances:  # What they decide is chosen where a tape is traced.
-                for k in own:
-                    yield Tape(equations, order, shadows[:, [k]], acting), samples[[k]]
+        for order, shadows, own in self.orders_at(equations, x[:, samples]):
+            if self._roles.compliances:
+                yield Tape(equations, order, shadows, acting), samples[own]
                 continue
-            key = self._key, kind, tuple(order.places)
-            make = partial(Tape, equations, order, shadows[:, own[:1]], acting)
+            key = self.key, kind, tuple(order.places)
+            make = partial(Tape, equations, order, shadows, acting)
             yield self._mechanism.kept.of("own tapes", key, make, _MOST_OWN), samples[own]
+
+    def orders_at(self, equations: Equations, x: Array) -> Iterator[tuple[Order, Array, Array]]:
+        """Yield orders that are chosen at samples, where, and the samples (index) of each.
+
+        Args:
+            equations: of their kind.
+            x: `(size, n)` their closed coordinates.
+
+        Raises:
+            UnsuitableError: there is none at a sample.
+        """
+        shadows = x / equations.tree.coordinate_units(len(x))[:, None]
+        for order, own in self._roles.orders(equations.tree, shadows, 1.0 / SINGULAR_CONDITION):
+            # What compliances decide is chosen where a tape is traced.
+            for part in own[:, None] if self._roles.compliances else [own]:
+                yield order, shadows[:, part[:1]], part
 
     @cached_property
     def _silent(self) -> Array:
@@ -370,7 +385,7 @@ class TapedSolver:
         return result
 
     @cached_property
-    def _orders(self) -> Orders | None:
+    def orders(self) -> Orders | None:
         """Orders of elimination: the same for all scenes of the mechanism that move alike.
 
         None where the motion shows no scouts.
@@ -381,21 +396,23 @@ class TapedSolver:
 
     def _tree(self, factored: tuple[str, ...]) -> Tree:
         """Return the mechanism for tapes with factors on some links."""
-
-        def made() -> Tree:
-            tree = tree_of(self._mechanism, factored, *self._solved)
-            tree = with_rods(tree, self._mechanism, self._groups)
-            return tree._replace(gears=gears_of(tree, self._mechanism))
-
         if factored not in self._trees:
             groups = tuple(group.key for group in self._groups)
             key = factored, groups, frozenset(self._solved[-1])
-            self._trees[factored] = self._mechanism.kept.of("trees", key, made)
+            self._trees[factored] = self._mechanism.kept.of(
+                "trees", key, lambda: self.tree_at(self._mechanism, factored)
+            )
         return self._trees[factored]
+
+    def tree_at(self, mechanism: Mechanism, factored: tuple[str, ...]) -> Tree:
+        """Return the mechanism, or one like it in which joints lie elsewhere, for tapes."""
+        tree = tree_of(mechanism, factored, *self._solved)
+        tree = with_rods(tree, mechanism, self._groups)
+        return tree._replace(gears=gears_of(tree, mechanism))
 
     def _compliances(self) -> tuple[Compliance, ...]:
         """Return how joints give way, in the units of trees."""
-        problem, mechanism = self._problem, self._mechanism
+        problem, mechanism = self.problem, self._mechanism
         if not problem.compliance:
             return ()
         units = np.repeat([1.0, self._tree(()).length], 3) * self._tree(()).length
@@ -418,13 +435,13 @@ class TapedSolver:
 
         None where no tape can have this order.
         """
-        chosen = self._orders and self._orders.at(index)
-        if not (self._orders and chosen):
+        chosen = self.orders and self.orders.at(index)
+        if not (self.orders and chosen):
             return None
         own = kind, chosen.scene
         if own not in self._tapes:
             kept = self._mechanism.kept
-            key = self._key, self._orders.key, *own
+            key = self.key, self.orders.key, *own
             self._tapes[own] = kept.of("tapes", key, dict[int, Tape | None])
         tapes = self._tapes[own]
 
@@ -447,7 +464,7 @@ class TapedSolver:
             found = tape.run(rows, x)
         return tape, found
 
-    def _kind(self, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool) -> Kind:
+    def kind_of(self, inputs: Inputs, links: Sequence[LinkLoad], moves_alone: bool) -> Kind:
         """Return the kind of some samples."""
         factored = tuple(name for name, factor in inputs.inertia.items() if np.any(factor != 1.0))
         length = self._tree(()).length
@@ -462,14 +479,14 @@ class TapedSolver:
         )
         return Kind(inputs.has_rates, of_links, factored, moves_alone)
 
-    def _equations_of(self, kind: Kind) -> Equations:
+    def equations_of(self, kind: Kind) -> Equations:
         """Return the equations of a kind of samples."""
         if kind not in self._equations:
             of = self._tree(kind.factored), self._roles, kind, self._sizes
             self._equations[kind] = Equations(*of, self._wrenches, self._varied)
         return self._equations[kind]
 
-    def _offsets(self, tree: Tree, turns: Array) -> Array:
+    def offsets(self, tree: Tree, turns: Array) -> Array:
         """Return the offsets `(c, n)` of couplings, with the whole turns coordinates lack."""
         result = np.empty((len(tree.couplings), len(turns)))
         if not len(result):
@@ -484,7 +501,7 @@ class TapedSolver:
         return result
 
 
-def _vectors(links: Sequence[LinkLoad]) -> list[tuple[Array, Array]]:
+def vectors(links: Sequence[LinkLoad]) -> list[tuple[Array, Array]]:
     """Return forces and moments on links that are not the world's."""
     return [(load.force, load.moment) for load in links if load.body >= 0]
 

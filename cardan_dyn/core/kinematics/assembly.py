@@ -48,7 +48,11 @@ class Assembly:
     """
 
     def __init__(
-        self, problem: Problem, varied: tuple[str, ...] = (), like: Assembly | None = None
+        self,
+        problem: Problem,
+        varied: tuple[str, ...] = (),
+        like: Assembly | None = None,
+        tells: bool = True,
     ) -> None:
         """Assemble a mechanism.
 
@@ -56,12 +60,13 @@ class Assembly:
             problem: its drives, held joints and start.
             varied: held joints whose positions differ from sample to sample. They are drives here.
             like: assembly of the same problem without them, whose start is taken.
+            tells: see `states_to_start`; scenes tell, what they look at besides does not.
         """
         of_held, self._problem = problem, problem.driving(varied)
         problem = self._problem
         system = LoopSystem(problem.mechanism, problem.held)
         self._of_open_loops = whole = Division.of_open_loops(problem, system)
-        states = states_to_start(whole) if like is None else [like.start]
+        states = states_to_start(whole, tells) if like is None else [like.start]
         self.start: Array = states[-1]
         self._first_mode = self.start
         division = whole.around(self.start)
@@ -232,7 +237,7 @@ class Assembly:
 
 
 def _guesses_of(problem: Problem) -> Guesses:
-    return Assembly(replace(problem, branch=_FIRST_MODE))._guesses
+    return Assembly(replace(problem, branch=_FIRST_MODE), tells=False)._guesses
 
 
 def _is_closed(state: ClosedState) -> Array:

@@ -22,11 +22,12 @@ from .division import Division
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
 
 
-def states_to_start(division: Division) -> list[Array]:
+def states_to_start(division: Division, tells: bool = True) -> list[Array]:
     """Return closed coordinates `(size,)` on the way to the start of a scene, the last one there.
 
     Args:
         division: of the scene's open loops.
+        tells: whether to warn where another assembly is as near as the one that is taken.
 
     Raises:
         AssemblyError: the loops cannot be closed.
@@ -40,7 +41,11 @@ def states_to_start(division: Division) -> list[Array]:
         *((name, quaternion.tobytes()) for name, quaternion in problem.near_balls.items()),
         *(problem.passive_columns.tobytes(), division.decided.tobytes()),
     )
-    return problem.mechanism.kept.of("way to start", key, _Way(division).states)
+    way = _Way(division)
+    states = problem.mechanism.kept.of("way to start", key, way.states)
+    if tells and not (problem.near or problem.near_balls):
+        way.tell()
+    return states
 
 
 class _Way:
@@ -87,7 +92,7 @@ class _Way:
         ended: CardanError | None = None
         if not problem.near_balls:
             try:
-                return self._near_moved(self._closed_zero(tell=not problem.near))
+                return self._near_moved(self._closed_zero[0])
             except (AssemblyError, SingularConfigurationError) as error:
                 if not problem.near:
                     raise
@@ -161,14 +166,18 @@ class _Way:
         free[self._coordinates.rates_of(pinned)] = False
         return np.nonzero(free)[0]
 
-    def _closed_zero(self, tell: bool) -> Array:
-        """Return closed coordinates `(size,)` at or near the description's zero.
+    def tell(self) -> None:
+        """Warn, once for a mechanism, of an assembly that is as near as that of the zero."""
+        told = self._closed_zero[1]
+        if told:
+            self._mechanism.base.kept.of("told of assemblies", told, lambda: _warned(told))
+
+    @property
+    def _closed_zero(self) -> tuple[Array, str]:
+        """Closed coordinates `(size,)` at or near the description's zero, and of what to warn.
 
         The drives stay at zero if Newton's method closes the loops nearby. From far away it may end
         in any assembly mode, which would then depend on the choice of the drives.
-
-        Args:
-            tell: whether to warn of another assembly that is as near.
         """
 
         def nearest(x: Array) -> tuple[Array, str]:
@@ -195,9 +204,7 @@ class _Way:
 
         groups = *(solver.group.key for solver in self._kinematics.solvers), self._needed.tobytes()
         x, told = self._mechanism.kept.of("closed zero", groups, closed)
-        if told and tell:
-            self._mechanism.base.kept.of("told of assemblies", told, lambda: _warned(told))
-        return read_only(x)
+        return read_only(x), told
 
     def _searched(self, x: Array, pinned: Mapping[str, float]) -> Array:
         """Return closed coordinates `(size,)` near some that may be far from closed.

@@ -68,6 +68,7 @@ from .table import Table, Variable
 from .wrench import WITHOUT_AXIS, JointWrench
 
 if TYPE_CHECKING:
+    from .derivative import Derivative
     from .element_results import ElementResults
     from .left_open import LeftOpen
     from .point_motion import Points
@@ -517,6 +518,51 @@ class Sweep(MotionResult):
         if maps.ndim == len(self.shape) + 2:
             maps = maps.reshape(len(rows), *maps.shape[-2:])
         return unique_of(self._problem, joint, unique, rows, maps, are_forces)
+
+    def derivative(self, *parameters: str) -> Derivative | Mapping[str, Derivative]:
+        """Return how the results change with numbers that were given, exactly.
+
+        Derivatives are of the equations themselves, not of differences: closed positions follow
+        from the implicit function of the loops, rates and wrenches by the chain rule. What elements
+        exert is differentiated by differences of fourth order, to 1e-12; all numbers of elements
+        that parameters name are exact.
+
+        Args:
+            parameters: one, or several, in SI units: a driven or held coordinate (a length or an
+                angle of the mechanism, see `Mechanism.adjustable`, is held); `speed:DRIVE`,
+                `acceleration:DRIVE`; `load:JOINT`, or `load:LINK.force_x` (… `moment_z`) of a link
+                with a load in the sweep, in the load's axes; `gravity.x` (`.y`, `.z`); `mass:LINK`,
+                with its centre and inertia about it as they are; `centre:LINK.x` and
+                `inertia:LINK.xx` (… `xy`), in the link's axes; `stiffness:ELEMENT`,
+                `damping:ELEMENT`.
+
+        Returns:
+            What is read like the sweep: `["joint"].force`, `.drive_effort`,
+            `.motion.position("joint")`. Of several parameters a mapping from their names.
+
+        Raises:
+            ArgumentError: a name that says no parameter.
+            ModelError: no such joint, link or element; or a loop closes only as long as the
+                parameter is what it is.
+        """
+        from .derivative import Swept, derivatives_of  # Few sweeps are differentiated.
+
+        if not parameters:
+            raise ArgumentError("name the parameters, such as derivative('bearing_in')")
+        of = Swept(
+            problem=self._problem,
+            acting=self._acting,
+            varied=tuple(self._held),
+            motion=self.motion,
+            unique=self.unique,
+            coupling_unique=self.coupling_unique,
+            knows_drives=self._source.drive_effort() is not None,
+            holding=tuple(self.holding_effort),
+        )
+        found = derivatives_of(of, parameters)
+        if len(found) == 1:
+            return found[0]
+        return frozen(dict(zip(parameters, found, strict=True)))
 
     def rod_force(self, link: str) -> RodForce:
         """Return the force along a rod between two balls, positive in tension.

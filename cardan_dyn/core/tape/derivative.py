@@ -6,7 +6,7 @@ over), a derivative is one of the two on its sides.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from ...kit.errors import ArgumentError
 from .graph import reached
@@ -29,20 +29,34 @@ def derivatives(outputs: Sequence[Scalar], wrt: Sequence[Variable]) -> list[list
     Raises:
         ArgumentError: something is of another trace, or of none.
     """
-    trace, ends, starts = _checked(outputs, wrt)
-    order = reached(trace, ends)
-    columns = []
-    for start in starts:
-        tangents: dict[int, Scalar] = {start: 1.0}
-        for node in order:
-            if any(k in tangents for k in node.arguments):
-                tangent: Scalar = 0.0
-                for argument, times in zip(node.arguments, _factors(node), strict=True):
-                    if argument in tangents:
-                        tangent = tangent + times(tangents[argument])
-                tangents[node.index] = tangent
-        columns.append([tangents.get(end, 0.0) for end in ends])
-    return [list(row) for row in zip(*columns, strict=True)] if columns else [[] for _ in ends]
+    columns = [tangents(outputs, {variable: 1.0}) for variable in wrt]
+    return [list(row) for row in zip(*columns, strict=True)] if columns else [[] for _ in outputs]
+
+
+def tangents(outputs: Sequence[Scalar], seeds: Mapping[Variable, Scalar]) -> list[Scalar]:
+    """Return how fast outputs change while variables do, forwards.
+
+    Args:
+        outputs: variables of one trace, and numbers.
+        seeds: variables of the same trace, inputs or others, to how fast they change: variables of
+            that trace, or numbers.
+
+    Returns:
+        For each output a variable, or a number: 0.0 where it depends on none of the seeds.
+
+    Raises:
+        ArgumentError: as `derivatives`.
+    """
+    trace, ends, starts = _checked(outputs, list(seeds))
+    found = dict(zip(starts, seeds.values(), strict=True))
+    for node in reached(trace, ends):
+        if node.index not in found and any(k in found for k in node.arguments):
+            tangent: Scalar = 0.0
+            for argument, times in zip(node.arguments, _factors(node), strict=True):
+                if argument in found:
+                    tangent = tangent + times(found[argument])
+            found[node.index] = tangent
+    return [found.get(end, 0.0) for end in ends]
 
 
 def gradient(output: Scalar, wrt: Sequence[Variable]) -> list[Scalar]:

@@ -1,0 +1,280 @@
+"""Derivatives of results, against closed forms, 50-digit references, and what is linear."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn.kit.arrays import Array
+
+TORQUE = 100.0
+PHI = np.radians([3.0, 10.0, 30.0, 60.0, 120.0, 200.0, 350.0])
+
+
+def universal_joint(angle: float) -> cd.Scene:
+    return cd.Scene(
+        cd.load("universal_joint"),
+        drive="bearing_in",
+        held={"joint_angle": angle},
+        loads={"bearing_out": -TORQUE},
+        outputs=["bearing_in", "pin_out", "bearing_out"],
+    )
+
+
+@pytest.mark.parametrize("degrees", [1.0, 30.0, 60.0, 85.0])
+def test_closed_forms_of_the_universal_joint(degrees: float) -> None:
+    beta = np.radians(degrees)
+    sine, cosine = np.sin(beta), np.cos(beta)
+    square = 1.0 - sine**2 * np.sin(PHI) ** 2  # Poncelet's ratio is cos β / (1 − sin²β cos²φ).
+    square = 1.0 - sine**2 * np.cos(PHI) ** 2
+    sweep = universal_joint(beta).sweep(PHI)
+    assert sweep.drive_effort == pytest.approx(TORQUE * cosine / square, rel=1e-13)
+    found = sweep.derivative("bearing_in", "joint_angle")
+    by_phi = -2.0 * TORQUE * cosine * sine**2 * np.sin(PHI) * np.cos(PHI) / square**2
+    by_beta = TORQUE * sine * (2.0 * cosine**2 * np.cos(PHI) ** 2 - square) / square**2
+    for name, effort in ("bearing_in", by_phi), ("joint_angle", by_beta):
+        size = np.abs(effort).max()
+        assert found[name].drive_effort == pytest.approx(effort, abs=1e-12 * size)
+        assert found[name].loop_residual < 1e-13
+    turned = found["joint_angle"].motion.position("bearing_out")
+    expected = sine * np.sin(PHI) * np.cos(PHI) / square
+    assert turned == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+    ratio = found["bearing_in"].motion.position("bearing_out")
+    assert ratio == pytest.approx(sweep.motion.ratio("bearing_out"), rel=1e-13)
+
+
+def link(name: str, mass: float, x: float, y: float, inertia: float) -> str:
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{x} {y} 0"/><mass value="{mass}"/>'
+        f'<inertia ixx="1" iyy="1" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+
+
+FOUR_BAR = f"""<robot name="four_bar"><link name="base"/>
+{link("crank", 1.5, 0.03, 0.0, 0.002)}{link("coupler", 1.6, 0.2, 0.01, 0.029)}
+{link("rocker", 2.3, 0.09, 0.0, 0.006)}
+<joint name="A" type="continuous"><parent link="base"/><child link="crank"/><axis xyz="0 0 1"/>
+</joint>
+<joint name="B" type="continuous"><parent link="crank"/><child link="coupler"/>
+<origin xyz="0.08 0 0"/><axis xyz="0 0 1"/></joint>
+<joint name="E" type="continuous"><parent link="base"/><child link="rocker"/>
+<origin xyz="0.47 0 0"/><axis xyz="0 0 1"/></joint>
+<loop name="C" type="continuous"><predecessor link="coupler"><origin xyz="LENGTH 0 0"/>
+</predecessor><successor link="rocker"><origin xyz="0.25 0 0"/></successor><axis xyz="0 0 1"/>
+</loop></robot>"""
+CRANK, COUPLER, ROCKER = np.radians(60.0), 0.44216574651924813, 1.8482178731155774
+GIVEN = {"speed": 20.0, "acceleration": 5.0}
+
+# Derivatives of the drive torque T: nine free-body equations, differentiated with 50 digits.
+OF_TORQUE = {
+    "A": 1.168284498885597,
+    "speed:A": 0.1843027394591594,
+    "acceleration:A": 0.01006029796439151,
+    "mass:coupler": 1.102800918414054,
+    "centre:coupler.y": -2.793675486322327,
+    "centre:rocker.x": 7.960029096833799,
+    "load:E": -0.1845104442283111,
+    "origin:C.predecessor.x": 4.260113782702678,
+    "origin:C.successor.x": -12.14411523319025,
+}
+# Likewise of the force on the coupler at B, in world axes.
+OF_FORCE = {
+    "speed:A": (-4.668386374574536, -3.478313903646383),
+    "mass:coupler": (-22.17646663554545, -10.84074398476942),
+    "origin:C.predecessor.x": (-42.05988413545111, 33.65298828450546),
+    "origin:C.successor.x": (130.7330585201638, -77.16658124395728),
+    "A": (54.14410810155132, 12.84569614978495),
+}
+# Of angle, rate and acceleration of the coupler and of the rocker.
+OF_MOTION = {
+    "origin:C.predecessor.x": (
+        (-0.4156274549305308, 16.96092736641314, 144.240628973125),
+        (-4.054901999322252, 4.450547340946808, -138.8844216172035),
+    ),
+    "A": (
+        (-0.1455844810510107, 2.461189095755038, 12.58380400648892),
+        (0.1845104442283111, 5.910493991665465, -115.5622140292008),
+    ),
+    "origin:E.x": (
+        (-0.6940894756386791, -8.232752771354167, -284.9520553833413),
+        (3.664930173632742, 1.029501402205539, -0.777870494729778),
+    ),
+}
+
+
+def four_bar(length: float = 0.4, **options: object) -> cd.Scene:
+    mechanism = cd.load(FOUR_BAR.replace("LENGTH", repr(length)))
+    near = {"A": CRANK, "B": COUPLER - CRANK, "E": ROCKER}
+    given = {"drive": "A", "near": near, "loads": {"E": -5.0}, "gravity": (0.0, -9.81, 0.0)}
+    return cd.Scene(mechanism, **{**given, **options})
+
+
+def test_four_bar_with_masses() -> None:
+    sweep = four_bar().sweep(CRANK, **GIVEN)
+    assert sweep.drive_effort == pytest.approx(3.1585419400236188, rel=1e-13)
+    found = sweep.derivative(*OF_TORQUE, "origin:E.x")
+    for name, expected in OF_TORQUE.items():
+        assert found[name].drive_effort[0] == pytest.approx(expected, rel=1e-12), name
+    # What turns the axes of B, with the coupler.
+    turn = np.cross([0.0, 0.0, 1.0], sweep["B"].force[0])
+    for name, expected in OF_FORCE.items():
+        angle = found[name].motion.position("B")[0] + (name == "A")
+        axes = sweep.rotation("B")[0]
+        own = axes @ (np.nan_to_num(found[name]["B"].force[0]) + angle * turn)
+        assert own[:2] == pytest.approx(expected, abs=1e-12 * np.abs(expected).max()), name
+    for name, (coupler, rocker) in OF_MOTION.items():
+        motion = found[name].motion
+        for read, first, second in zip(
+            (motion.position, motion.velocity, motion.acceleration), coupler, rocker, strict=True
+        ):
+            turned = read("B")[0] + (name == "A" and read == motion.position)
+            assert turned == pytest.approx(first, rel=1e-11), name
+            assert read("E")[0] == pytest.approx(second, rel=1e-11), name
+
+
+def test_where_a_crank_lies_is_as_good_as_how_it_is_turned() -> None:
+    sweep = four_bar().sweep(np.linspace(0.5, 6.0, 9), **GIVEN)
+    found = sweep.derivative("A", "origin:A.yaw")
+    first, second = found["A"], found["origin:A.yaw"]
+    size = np.abs(first.drive_effort).max()
+    assert second.drive_effort == pytest.approx(first.drive_effort, abs=1e-12 * size)
+    assert second["C"].force[:, :2] == pytest.approx(first["C"].force[:, :2], abs=1e-9)
+
+
+def all_of(results: cd.Sweep | object) -> Array:
+    force, moment = results["C"].force, results["B"].moment
+    return np.column_stack([force[:, :2], moment[:, 2], results.drive_effort])
+
+
+def sloped(values: Callable[[float], Array], step: float) -> Array:
+    """Return a difference of fourth order."""
+    far_back, back, ahead, far_ahead = (values(k * step) for k in (-2.0, -1.0, 1.0, 2.0))
+    return (8.0 * (ahead - back) - (far_ahead - far_back)) / (12.0 * step)
+
+
+def elements(stiffness: float = 1000.0, damping: float = 20.0) -> dict[str, object]:
+    ends = "base", (0.1, 0.3, 0.0), "coupler", (0.2, 0.05, 0.0)
+    spring = cd.PointSpring(*ends, stiffness, damping=damping, length=0.1, name="spring")
+    return {"elements": [spring, cd.JointSpring("E", 30.0, damping=2.0, rest=0.2)]}
+
+
+def test_what_elements_exert_is_part_of_it() -> None:
+    positions = np.linspace(0.5, 6.0, 9)
+    sweep = four_bar(**elements()).sweep(positions, **GIVEN)
+    found = sweep.derivative(
+        "A", "speed:A", "stiffness:spring", "damping:spring", "stiffness:elements[1]",
+        "origin:C.predecessor.x",
+    )  # fmt: skip
+
+    def swept(scene: cd.Scene, by: float = 0.0, faster: float = 0.0) -> Array:
+        return all_of(scene.sweep(positions + by, speed=20.0 + faster, acceleration=5.0))
+
+    scene = four_bar(**elements())
+    expected = {
+        "A": sloped(lambda by: swept(scene, by), 1e-3),
+        "speed:A": sloped(lambda by: swept(scene, 0.0, by), 1e-2),
+        # Forces are linear in these.
+        "stiffness:spring": swept(four_bar(**elements(1100.0))) / 100.0 - swept(scene) / 100.0,
+        "damping:spring": swept(four_bar(**elements(damping=21.0))) - swept(scene),
+        "origin:C.predecessor.x": sloped(
+            lambda by: swept(four_bar(0.4 + by, **elements())), 3e-4
+        ),
+    }  # fmt: skip
+    for name, values in expected.items():
+        size = np.abs(values).max()
+        assert all_of(found[name]) == pytest.approx(values, abs=3e-9 * size), name
+    turned = sweep.motion.position("E") - 0.2
+    # The spring at the rocker turns it back; the drive holds that by the velocity ratio.
+    effort = turned * sweep.motion.ratio("E")
+    own = found["stiffness:elements[1]"].drive_effort
+    assert own == pytest.approx(effort, abs=1e-11 * np.abs(effort).max())
+
+
+def test_masses_add_up_to_factors() -> None:
+    positions = np.linspace(0.5, 6.0, 9)
+    scene = four_bar()
+    names = [f"inertia:coupler.{axes}" for axes in ("xx", "yy", "zz", "xy", "xz", "yz")]
+    for factor in 1.0, 2.5:
+        sweep = scene.sweep(positions, inertia={"coupler": factor}, **GIVEN)
+        found = sweep.derivative("mass:coupler", *names)
+        link = next(x for x in scene.mechanism.description.links if x.name == "coupler")
+        tensor = link.inertia[np.triu_indices(3)][[0, 3, 5, 1, 2, 4]]
+        total = link.mass * all_of(found["mass:coupler"])
+        total = total + sum(
+            value * all_of(found[name]) for name, value in zip(names, tensor, strict=True)
+        )
+        more = scene.sweep(positions, inertia={"coupler": factor + 1.0}, **GIVEN)
+        # What factors multiply, mass and inertia, is linear in them.
+        change = factor * (all_of(more) - all_of(sweep))
+        assert total == pytest.approx(change, abs=1e-11 * np.abs(change).max())
+
+
+def test_shapes_of_many_drives_and_designs() -> None:
+    scene = cd.Scene(
+        cd.load("stewart_platform"),
+        drive=[f"leg_{k}" for k in range(1, 7)],
+        gravity=(0.0, 0.0, -9.81),
+    )
+    sweep = scene.sweep(np.zeros((2, 3, 6)) + np.linspace(0.0, 0.01, 3)[:, None])
+    found = sweep.derivative("leg_2")
+    assert found.drive_effort.shape == (2, 3, 6)
+    back = scene.sweep(sweep.position - 1e-4 * np.eye(6)[1])
+    ahead = scene.sweep(sweep.position + 1e-4 * np.eye(6)[1])
+    change = (ahead.drive_effort - back.drive_effort) / 2e-4
+    assert found.drive_effort == pytest.approx(change, abs=1e-5 * np.abs(change).max())
+    scene = universal_joint(0.5)
+    sweep = scene.sweep(PHI, held={"joint_angle": np.array([[0.2], [0.7]])})
+    own = sweep.derivative("joint_angle").drive_effort
+    alone = scene.sweep(PHI, held={"joint_angle": 0.7}).derivative("joint_angle").drive_effort
+    assert own.shape == (2, 7)
+    assert own[1] == pytest.approx(alone, abs=1e-12 * np.abs(alone).max())
+
+
+def test_what_opens_a_loop_has_no_derivative() -> None:
+    sweep = four_bar().sweep(CRANK)
+    for name in "origin:E.z", "origin:E.roll", "origin:C.successor.pitch":
+        with pytest.raises(cd.CardanError, match="opens a loop"):
+            sweep.derivative(name)
+
+
+def test_components_that_are_not_unique_are_missing() -> None:
+    found = four_bar().sweep(CRANK, **GIVEN).derivative("A")["B"]
+    assert found.unique.tolist() == [True, True, False, False, False, True]
+    assert np.isnan(found.force[0]).tolist() == [False, False, True]
+    assert np.isnan(found.moment[0]).tolist() == [True, True, False]
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("nobody", "nothing that the scene drives or holds"),
+        ("B", "nothing that the scene drives or holds"),
+        ("speed:B", "drives are A"),
+        ("load:nobody", "name a joint"),
+        ("load:coupler.force_x", "has a load in the sweep"),
+        ("mass:nobody", "no link"),
+        ("centre:coupler", "says no parameter"),
+        ("inertia:coupler.x", "says no parameter"),
+        ("stiffness:nobody", "elements are"),
+        ("origin:nobody.x", "joints are"),
+        ("origin:E.w", "name a component"),
+        ("lenght:A", "says no parameter"),
+    ],
+)
+def test_unknown_parameters_are_refused(name: str, told: str) -> None:
+    with pytest.raises(cd.CardanError, match=told):
+        four_bar().sweep(CRANK).derivative(name)
+
+
+def test_loads_on_links_by_component() -> None:
+    loads = {"coupler": cd.Wrench(force=(1.0, 2.0, 0.0), frame="world", point=(0.1, 0.0, 0.0))}
+    scene = four_bar(loads=loads)
+    sweep = scene.sweep(CRANK)
+    more = {"coupler": cd.Wrench(force=(1.0, 3.0, 0.0), frame="world", point=(0.1, 0.0, 0.0))}
+    change = all_of(scene.sweep(CRANK, loads=more)) - all_of(sweep)
+    found = all_of(sweep.derivative("load:coupler.force_y"))
+    assert found == pytest.approx(change, abs=1e-12 * np.abs(change).max())
+    assert np.abs(found).max() > 0.1
