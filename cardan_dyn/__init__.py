@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .core.mechanism.joints import Joint
     from .core.mechanism.mechanism import Mechanism
     from .core.response.response import Response
+    from .core.results.derivative import Derivative
     from .core.results.motion import Motion
     from .core.results.point_motion import PointMotion
     from .core.results.rods import RodForce
@@ -101,6 +102,7 @@ _MODULES = {
     "Motion": ".core.results.motion",
     "PinContact": ".core.elements.pin_contact",
     "Plan": ".scene.plan",
+    "Derivative": ".core.results.derivative",
     "PointMotion": ".core.results.point_motion",
     "PointActuator": ".core.elements.point_actuator",
     "PointSpring": ".core.elements.point_spring",
@@ -142,6 +144,7 @@ __all__ = [
     "Bushing",
     "CardanError",
     "Configuration",
+    "Derivative",
     "Drive",
     "Drives",
     "Equilibrium",
