@@ -93,7 +93,8 @@ def test_both_assemblies_beside_a_stretched_drawing_are_told() -> None:
         np.testing.assert_allclose(turned(scene), nearest, atol=1e-9)
     (text,) = (str(item.message) for item in said)
     for taken in (nearest, other):
-        assert f"coupler {taken[0]:.4g}, rocker {taken[1]:.4g}" in text
+        assert f"coupler {taken[0]:.4g}, " in text
+        assert f"rocker {taken[1]:.4g}, " in text
         assert f"{np.linalg.norm(2.0 * np.sin(0.5 * taken)):.3g}" in text
     assert text.index(f"{nearest[1]:.4g}") < text.index("is taken") < text.index(f"{other[1]:.4g}")
     with warnings.catch_warnings():

@@ -330,7 +330,7 @@ def test_what_is_open_at_samples_that_are_solved_alone_is_open(
         return holds
 
     monkeypatch.setattr(taped, "_closed", partly)
-    monkeypatch.setattr(taped, "_MOST_TAPES", 1)
+    monkeypatch.setattr(taped, "MOST_TAPES", 1)
     assert not scene.sweep(positions).unique.any()
     assert sum(counts) == 16  # Of 80 to which tapes were asked again.
 

@@ -186,7 +186,7 @@ class Assembly:
     def motion_range(self) -> tuple[float, float]:
         """Return the limits of the only drive [rad or m], ±inf where it has none."""
         branch = self._guesses.branch
-        return (-np.inf, np.inf) if branch is None else branch.reach()
+        return (-np.inf, np.inf) if branch is None else branch.reach
 
     def modes(self) -> AssemblyModes:
         """Return the assembly modes with the drives where the description's own mode starts.

@@ -17,6 +17,7 @@ import pinocchio
 from ...kit.arrays import Array
 from ..mechanism.mechanism import Mechanism
 from .closing.all_groups import Kinematics
+from .closing.group_solver import MOST_STEPS
 from .loops.idle_rods import JointEdge, JointGraph, common_point
 from .tolerances import CLOSURE_TOLERANCE, MOVES, SINGULAR_CONDITION
 
@@ -85,7 +86,7 @@ def assembly_modes(
         if not starts:
             x[0] = first
         with np.errstate(all="ignore"):  # Starts that do not converge may overflow.
-            state = kinematics.close(x)
+            state = kinematics.close(x, most=MOST_STEPS)
         x = state.x[(state.residual < CLOSURE_TOLERANCE) & (state.condition < SINGULAR_CONDITION)]
         starts += _STARTS
         shapes, found = _shapes(mechanism, x, first, idle), _outlines(mechanism, x, in_balls, idle)

@@ -17,7 +17,7 @@ from ...kit.arrays import Array
 from ...kit.errors import AssemblyError, CardanError, SingularConfigurationError
 from ...kit.frozen import read_only
 from .closing.all_groups import Kinematics
-from .closing.group_solver import LONGEST_STEP
+from .closing.group_solver import LONGEST_STEP, MOST_STEPS
 from .division import Division
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
 
@@ -41,10 +41,9 @@ def states_to_start(division: Division, tells: bool = True) -> list[Array]:
         *((name, quaternion.tobytes()) for name, quaternion in problem.near_balls.items()),
         *(problem.passive_columns.tobytes(), division.decided.tobytes()),
     )
-    way = _Way(division)
-    states = problem.mechanism.kept.of("way to start", key, way.states)
-    if tells and not (problem.near or problem.near_balls):
-        way.tell()
+    states, told = problem.mechanism.kept.of("way to start", key, _Way(division).states)
+    if told and tells:
+        problem.mechanism.base.kept.of("told of assemblies", told, lambda: _warned(told))
     return states
 
 
@@ -55,13 +54,13 @@ class _Way:
         self._division, self._kinematics = division, division.kinematics
         self._problem, self._mechanism = division.problem, division.problem.mechanism
         self._coordinates = self._mechanism.coordinates
-        self._needed = division.decided
+        self._needed, self._told = division.decided, ""
         # Velocity coordinates of passive joints that no output needs.
         passives = frozenset(self._problem.passive_columns.tolist())
         self._left_out = passives.difference(self._needed.tolist())
 
-    def states(self) -> list[Array]:
-        """Return closed coordinates on it, see `states_to_start`."""
+    def states(self) -> tuple[list[Array], str]:
+        """Return closed coordinates on it, see `states_to_start`, and of what to warn."""
         division, states = self._division, [self._begun()]
         try:
             self._bring_held(states)
@@ -71,7 +70,7 @@ class _Way:
             # A MobilityError explains the failure better than a closure error does.
             division.refuse_locked(division.independent(np.array(states)), states[-1])
             raise
-        return [read_only(state) for state in states]
+        return [read_only(state) for state in states], self._told
 
     def _begun(self) -> Array:
         """Return closed coordinates `(size,)` from which the held joints can be moved.
@@ -92,7 +91,7 @@ class _Way:
         ended: CardanError | None = None
         if not problem.near_balls:
             try:
-                return self._near_moved(self._closed_zero[0])
+                return self._near_moved(self._from_zero())
             except (AssemblyError, SingularConfigurationError) as error:
                 if not problem.near:
                     raise
@@ -166,15 +165,8 @@ class _Way:
         free[self._coordinates.rates_of(pinned)] = False
         return np.nonzero(free)[0]
 
-    def tell(self) -> None:
-        """Warn, once for a mechanism, of an assembly that is as near as that of the zero."""
-        told = self._closed_zero[1]
-        if told:
-            self._mechanism.base.kept.of("told of assemblies", told, lambda: _warned(told))
-
-    @property
-    def _closed_zero(self) -> tuple[Array, str]:
-        """Closed coordinates `(size,)` at or near the description's zero, and of what to warn.
+    def _from_zero(self) -> Array:
+        """Return closed coordinates `(size,)` at or near the description's zero.
 
         The drives stay at zero if Newton's method closes the loops nearby. From far away it may end
         in any assembly mode, which would then depend on the choice of the drives.
@@ -188,7 +180,7 @@ class _Way:
 
         def closed() -> tuple[Array, str]:
             zero = self._mechanism.zero
-            state = self._kinematics.close(zero[None, :])
+            state = self._kinematics.close(zero[None, :], most=MOST_STEPS)
             # While no step was shortened, this is the assembly mode that the zero is nearest to.
             if not (state.residual[0] < CLOSURE_TOLERANCE and state.correction[0] < LONGEST_STEP):
                 return nearest(self._searched(zero, {}))
@@ -204,7 +196,9 @@ class _Way:
 
         groups = *(solver.group.key for solver in self._kinematics.solvers), self._needed.tobytes()
         x, told = self._mechanism.kept.of("closed zero", groups, closed)
-        return read_only(x), told
+        if not self._problem.near:
+            self._told = told
+        return read_only(x)
 
     def _searched(self, x: Array, pinned: Mapping[str, float]) -> Array:
         """Return closed coordinates `(size,)` near some that may be far from closed.

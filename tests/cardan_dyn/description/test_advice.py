@@ -240,12 +240,6 @@ CASES = {
         mjcf('<connect body1="a" body2="b" anchor="0.5 0 0"/>'),
         1,
     ),
-    "an equality that is no ratio": Case(
-        mjcf('<joint joint1="A" joint2="B" polycoef="0 0 1 0 0"/>'),
-        'write polycoef="offset ratio 0 0 0"',
-        mjcf('<joint joint1="A" joint2="B" polycoef="0.1 2 0 0 0"/>'),
-        2,
-    ),
     "weight that is taken off": Case(
         mjcf(body=' gravcomp="1"'),
         r"load\(..., strict=False\) accepts",

@@ -96,6 +96,7 @@ CHANGES = [
         {
             **{"name": "n", "predecessor": "c", "successor": "c", "ratio": 1.0 + 2.0**-52},
             **{"offset": 1e-300, "of_joints": True, "forces": "none", "mesh": Mesh()},
+            "higher": (0.5,),
         },
     ),
     (

@@ -166,7 +166,7 @@ def test_proven_samples_are_those_that_are_solved(joint: cd.Mechanism) -> None:
     assert np.max(loop_error) < 1e-14
     np.testing.assert_allclose(
         samples.condition,
-        np.max(solver.magnification_at(closed, solution.x) * solution.cancellation),
+        np.max(solver.magnification_at(closed, solution.x) * solution.residuals.cancellation),
         rtol=0.1,
     )
 

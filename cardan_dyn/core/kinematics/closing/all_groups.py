@@ -12,7 +12,7 @@ from ....kit.arrays import Array
 from ...mechanism.coordinates import Coordinates
 from ..loops.groups import components
 from .equations import Reduction
-from .group_solver import MOST_STEPS, GroupSolver, GroupState
+from .group_solver import MOST_CORRECTIONS, GroupSolver, GroupState
 from .stacked import same_side
 
 
@@ -148,7 +148,7 @@ class Kinematics:
         self,
         x: Array,
         turns: Array | None = None,
-        most: int = MOST_STEPS,
+        most: int = MOST_CORRECTIONS,
         settles: bool = False,
         leaves: float | None = None,
     ) -> ClosedState:

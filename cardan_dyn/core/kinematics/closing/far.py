@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import EPS, Array, generic
+from ....kit.arrays import EPS, ROUNDED, Array, generic
 from ...proof.closed_positions import refuse_left
 from ..loops.groups import independent_groups
 from ..loops.structure import Structure
@@ -59,7 +59,8 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
     x, size = x.copy(), len(solver.group.passives)
     matrices, error, residual = solver.linearised(x)
     squares = np.sum(error**2, axis=1)
-    damping, growth = squares.copy(), np.full(len(x), 2.0)
+    # What rounding alone keeps open stays as it is.
+    damping, growth = np.where(residual > ROUNDED, squares, np.inf), np.full(len(x), 2.0)
     for _ in range(MOST_STEPS if size else 0):
         (active,) = np.nonzero((residual > EPS) & np.isfinite(damping))
         if not active.size:

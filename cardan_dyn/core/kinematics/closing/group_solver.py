@@ -22,6 +22,8 @@ from .stacked import factorised, refined, times, transposed
 LONGEST_STEP = 0.5
 """Greatest Newton step [rad]: farther away, a full step may end in another assembly mode. Over half
 a radian, sines differ from their linearisation by 4 %."""
+MOST_CORRECTIONS = 12
+"""Newton steps of a guess. Each squares its error, so one that takes more was none."""
 MOST_STEPS = 100
 """Steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since each
 squares the error; from afar many are short, as in narrow curved valleys of the error."""
@@ -145,7 +147,7 @@ class GroupSolver:
         x: Array,
         reduction: Reduction,
         turns: Array | None = None,
-        most: int = MOST_STEPS,
+        most: int = MOST_CORRECTIONS,
         leaves: float | None = None,
         settles: bool = False,
     ) -> GroupState:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import threading
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -280,8 +281,9 @@ class Branch:
         share = np.clip((positions - low) / (high - low), 0.0, 1.0)
         return quintic(table.curves[:, :, columns], left, share)
 
+    @cached_property
     def reach(self) -> tuple[float, float]:
-        """Return the limits of the drive [rad or m], ±inf where it has none."""
+        """The limits of the drive [rad or m], ±inf where it has none."""
         way = _REACH_OF_SLIDE * self.unit
         if self._column in self.kinematics.coordinates.angle_columns:
             try:

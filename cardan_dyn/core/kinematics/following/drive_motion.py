@@ -174,7 +174,7 @@ class DriveMotion:
         """Return the error for the first of some drive positions `(N,)` that is out of reach."""
         from ..diagnosis.reach import nearest_of, out_of_reach  # Only errors need it.
 
-        low, high = self.branch.reach()
+        low, high = self.branch.reach
         # Samples may lie beyond both ends; the error is that of one of them.
         sign = -1.0 if nearest_of(error) < self._start else 1.0
         beyond = sign * targets > sign * (low if sign < 0.0 else high)
