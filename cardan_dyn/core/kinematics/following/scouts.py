@@ -37,7 +37,9 @@ def scouts(kinematics: Kinematics, start: Array, kept: Kept) -> Array:
     way = np.where(slides, 0.1, _WAY) / scale
     with np.errstate(all="ignore"):  # What leads out of reach may overflow.
         if len(columns) == 1:
-            x = Branch.shared(kinematics, start, kept).states(float(way[0]))
+            # What follows a polynomial may turn a million times meanwhile.
+            most = 2.0 * _WAY if kinematics.curving_columns.size else np.inf
+            x = Branch.shared(kinematics, start, kept).states(float(way[0]), most)
             x = x[some(len(x), 80)]
         else:
             # Places near the start, and as far as five lines lead.
