@@ -155,20 +155,23 @@ def test_what_is_no_polynomial_is_refused(stated: str, message: str) -> None:
         cd.load(text)
 
 
+@pytest.mark.parametrize("drives", [["A"], ["A", "D"]])
 def test_what_follows_steeply_is_followed_only_where_it_is_asked_for(
-    monkeypatch: pytest.MonkeyPatch,
+    drives: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In half a turn of the drive, the second follower would turn by a million radians."""
     steps, advance = [], Lines.advance
     monkeypatch.setattr(Lines, "advance", lambda *of: steps.append(1) or advance(*of))
+    finger = """<link name="finger"/><joint name="D" type="continuous"><parent link="hand"/>
+        <child link="finger"/></joint>""" * ("D" in drives)
     text = ARM.replace(
         "</robot>",
         f"""<link name="hand">{BODY.format("0.1 0 0", 1)}</link><joint name="C" type="continuous">
         <parent link="lower"/><child link="hand"/><axis xyz="1 0 0"/>
-        <mimic joint="B" multiplier="0" higher="0.4"/></joint></robot>""",
+        <mimic joint="B" multiplier="0" higher="0.4"/></joint>{finger}</robot>""",
     )
     arm = cd.couple(cd.load(text), "A", "B", 3.0, higher=[-20.0, 5.0, 10.0])
-    swept = cd.Scene(arm, drive="A").sweep([0.0, 0.1], speed=1.0)
+    swept = cd.Scene(arm, drive=drives).sweep(np.outer([0.0, 0.1], np.ones(len(drives))))
     b = 0.3 - 0.2 + 0.005 + 0.001
     assert swept.motion.position("C")[1] == pytest.approx(0.4 * b**2, abs=1e-14)
     assert len(steps) < 1000

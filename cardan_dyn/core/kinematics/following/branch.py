@@ -112,13 +112,9 @@ class Branch:
         with self._lock:
             self._lead(np.full(2, np.nextafter(way / self.unit, np.inf)), most)
             rows = self._table.rows.x
-        near = (np.abs(rows[:, self._column] - self.start) <= way) & (self._moved(rows) <= most)
-        return np.asarray(rows[near])
-
-    def _moved(self, x: Array) -> Array:
-        """Return how far the joint is from the start that moved most, of `(K, size)` `(K,)`."""
-        scale = self.kinematics.coordinates.scale
-        return np.asarray(np.max(np.abs(x - self._start) * scale, axis=1))
+        ways = np.abs(rows - self._start) * self.kinematics.coordinates.scale
+        near = np.abs(rows[:, self._column] - self.start) <= way
+        return np.asarray(rows[near & (np.max(ways, axis=1) <= most)])
 
     @property
     def _table(self) -> _Table:
@@ -202,10 +198,7 @@ class Branch:
 
     def _lead(self, until: Array, most: float = np.inf) -> None:
         """Follow both sides to shares `(2,)`, or `most`, or beyond; note where steps end."""
-        while (going := self._lines.going(until)).size:
-            going = going[self._moved(self._lines.rows.x[going]) <= most]
-            if not going.size:
-                break
+        while (going := self._lines.going(until, most)).size:
             for side in self._lines.advance(going).tolist():
                 row = self._lines.rows.of([side])
                 self._ahead[side].append(row._replace(first=_SIGNS[side] * row.first))
