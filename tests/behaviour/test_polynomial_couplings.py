@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 
 import cardan_dyn as cd
+from cardan_dyn.core.kinematics.following.lines import Lines
 from cardan_dyn.core.mechanics import closure
 
 POWERS = (0.2, 0.5, 0.3, -0.1, 0.05)
@@ -152,3 +153,51 @@ def test_what_is_no_polynomial_is_refused(stated: str, message: str) -> None:
     )
     with pytest.raises(cd.ModelError, match=message):
         cd.load(text)
+
+
+@pytest.mark.parametrize("drives", [["A"], ["A", "D"]])
+def test_what_follows_steeply_is_followed_only_where_it_is_asked_for(
+    drives: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In half a turn of the drive, the second follower would turn by a million radians."""
+    steps, advance = [], Lines.advance
+    monkeypatch.setattr(Lines, "advance", lambda *of: steps.append(1) or advance(*of))
+    finger = """<link name="finger"/><joint name="D" type="continuous"><parent link="hand"/>
+        <child link="finger"/></joint>""" * ("D" in drives)
+    text = ARM.replace(
+        "</robot>",
+        f"""<link name="hand">{BODY.format("0.1 0 0", 1)}</link><joint name="C" type="continuous">
+        <parent link="lower"/><child link="hand"/><axis xyz="1 0 0"/>
+        <mimic joint="B" multiplier="0" higher="0.4"/></joint>{finger}</robot>""",
+    )
+    arm = cd.couple(cd.load(text), "A", "B", 3.0, higher=[-20.0, 5.0, 10.0])
+    swept = cd.Scene(arm, drive=drives).sweep(np.outer([0.0, 0.1], np.ones(len(drives))))
+    b = 0.3 - 0.2 + 0.005 + 0.001
+    assert swept.motion.position("C")[1] == pytest.approx(0.4 * b**2, abs=1e-14)
+    assert len(steps) < 1000
+
+
+def test_what_goes_round_is_not_followed_for_a_period_that_its_polynomial_lacks() -> None:
+    """A drag link: both cranks go round, and what follows the second one never comes back."""
+    bar = f"""<robot name="drag_link"><link name="ground"/><link name="crank"/><link name="rod"/>
+    <link name="other"/><link name="arm">{BODY.format("0.1 0.02 0", 2)}</link>
+    <joint name="A" type="continuous"><parent link="ground"/><child link="crank"/>
+      <axis xyz="0 0 1"/></joint>
+    <joint name="B" type="continuous"><parent link="crank"/><child link="rod"/>
+      <origin xyz="0 0.3 0"/><axis xyz="0 0 1"/></joint>
+    <joint name="D" type="continuous"><parent link="ground"/><child link="other"/>
+      <origin xyz="0.05 0 0"/><axis xyz="0 0 1"/></joint>
+    <loop name="C" type="continuous"><predecessor link="rod"><origin xyz="0.22 0 0"/></predecessor>
+      <successor link="other"><origin xyz="0 0.25 0"/></successor><axis xyz="0 0 1"/></loop>
+    <joint name="E" type="continuous"><parent link="other"/><child link="arm"/>
+      <axis xyz="1 0 0"/></joint></robot>"""
+    drag_link = cd.load(bar)
+    cd.Scene(drag_link, drive="A", held={"E": 0.0}).response()  # It comes back by itself.
+    following = cd.Scene(cd.couple(drag_link, "D", "E", 0.5, higher=[0.3, -0.1, 0.05]), drive="A")
+    with pytest.raises(cd.CardanError, match="does not come back to where it was"):
+        following.response()
+    at = np.linspace(-3.0, 3.0, 5)
+    some, exact = following.response(interval=(-3.0, 3.0)), following.sweep(at, speed=2.0)
+    np.testing.assert_allclose(
+        some.sweep(at, speed=2.0).drive_effort, exact.drive_effort, atol=1e-9
+    )

@@ -74,6 +74,7 @@ class Branch:
         self.period: float | None = None
         self.windings = np.zeros(start.size)
         self.start = float(start[self._column])
+        self._start = start
         self._turns_tried = 0
         ends = self.start + self.unit * _SIGNS[:, None]
         self._lines = Lines(kinematics, start[None, :], [self._column], ends, leads=True)
@@ -100,14 +101,21 @@ class Branch:
         low, high = self._lines.rows.x[:, self._column].tolist()
         return low, high
 
-    def states(self, way: float) -> Array:
+    def states(self, way: float, most: float = np.inf) -> Array:
         """Return closed coordinates `(K, size)` of the nodes at most so far from the start.
 
         The branch is followed there, as far as it leads; nodes ascend with the drive.
+
+        Args:
+            way: of the drive [rad or m].
+            most: how far any joint may be from the start, too [rad, or lengths of the mechanism].
         """
-        self.reached(self.start - way, self.start + way)
-        rows = self._table.rows.x
-        return np.asarray(rows[np.abs(rows[:, self._column] - self.start) <= way])
+        with self._lock:
+            self._lead(np.full(2, np.nextafter(way / self.unit, np.inf)), most)
+            rows = self._table.rows.x
+        ways = np.abs(rows - self._start) * self.kinematics.coordinates.scale
+        near = np.abs(rows[:, self._column] - self.start) <= way
+        return np.asarray(rows[near & (np.max(ways, axis=1) <= most)])
 
     @property
     def _table(self) -> _Table:
@@ -189,9 +197,9 @@ class Branch:
                     ends[side] = sorted((before, ends[side]))[side]
         return float(ends[0]), float(ends[1])
 
-    def _lead(self, until: Array) -> None:
-        """Follow both sides to shares `(2,)` or beyond, and take note of where steps end."""
-        while (going := self._lines.going(until)).size:
+    def _lead(self, until: Array, most: float = np.inf) -> None:
+        """Follow both sides to shares `(2,)`, or `most`, or beyond; note where steps end."""
+        while (going := self._lines.going(until, most)).size:
             for side in self._lines.advance(going).tolist():
                 row = self._lines.rows.of([side])
                 self._ahead[side].append(row._replace(first=_SIGNS[side] * row.first))
@@ -247,6 +255,8 @@ class Branch:
                 self._turns_tried += 1
                 if is_back[0]:
                     self.period, self.windings = 2.0 * half, windings[0]
+                elif np.any(windings[:, self.kinematics.curving_columns]):
+                    self._turns_tried = most  # Nor does a polynomial of what goes round.
             return self.period is not None
 
     def at(self, position: float) -> Array:

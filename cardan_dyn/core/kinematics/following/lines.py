@@ -137,6 +137,7 @@ class Lines:
         """
         self._kinematics, self._columns, self._leads = kinematics, columns, leads
         state = kinematics.evaluate(np.repeat(starts, len(ends) // max(len(starts), 1), axis=0))
+        self._start = state.x.copy()
         self._begins, self._ends = state.x[:, columns], ends
         self._way = ends - self._begins
         self._inverses, self._margin = state.inverses, 1.0 / state.condition
@@ -147,11 +148,20 @@ class Lines:
         self.left = 3.0 * self._margin
         self._step = 0.5 * self.left if leads else np.ones(len(ends))
 
-    def going(self, until: Array | float = 1.0) -> Array:
-        """Return which lines (index) are not yet at shares `(L,)`, and can be followed farther."""
+    def going(self, until: Array | float = 1.0, most: float = np.inf) -> Array:
+        """Return which lines (index) can be followed farther.
+
+        Args:
+            until: shares `(L,)` at which they end.
+            most: how far from its start a joint goes [rad, or lengths of the mechanism].
+        """
         least = LEAST_LEAD if self._leads else SHORTEST
         # Written so that what is not a number stops as well.
-        return np.nonzero((self.share < until) & (self._step >= least))[0]
+        on = (self.share < until) & (self._step >= least)
+        if most < np.inf:
+            ways = np.abs(self.rows.x - self._start) * self._kinematics.coordinates.scale
+            on &= np.max(ways, axis=1, initial=0.0) <= most
+        return np.nonzero(on)[0]
 
     @np.errstate(all="ignore")  # Steps out of reach may overflow; they are not taken.
     def advance(self, line: Array) -> Array:
@@ -191,7 +201,11 @@ class Lines:
 
 
 def along_lines(
-    kinematics: Kinematics, starts: Array, columns: list[int], positions: Array
+    kinematics: Kinematics,
+    starts: Array,
+    columns: list[int],
+    positions: Array,
+    most: float = np.inf,
 ) -> tuple[Array, Array]:
     """Follow the straight lines from closed coordinates to drive positions `(N, d)`.
 
@@ -200,6 +214,7 @@ def along_lines(
         starts: `(N, size)` or `(1, size)` closed coordinates to begin at.
         columns: columns of the drives in a row of coordinates.
         positions: [rad or m].
+        most: see `Lines.going`.
 
     Returns:
         Closed coordinates `(N, size)` at the end of each line, or where it could not go on; and
@@ -209,7 +224,7 @@ def along_lines(
     is_there = np.zeros(len(positions), dtype=bool)
     for block in blocks(len(positions)):
         lines = Lines(kinematics, x[block], columns, positions[block])
-        while (line := lines.going()).size:
+        while (line := lines.going(most=most)).size:
             lines.advance(line)
         x[block], is_there[block] = lines.rows.x, lines.share == 1.0
     return x, is_there

@@ -35,16 +35,18 @@ def scouts(kinematics: Kinematics, start: Array, kept: Kept) -> Array:
     scale = kinematics.coordinates.scale[columns]
     slides = np.isin(columns, kinematics.coordinates.angle_columns, invert=True)
     way = np.where(slides, 0.1, _WAY) / scale
+    # What follows a polynomial may turn a million times meanwhile.
+    most = 2.0 * _WAY if kinematics.curving_columns.size else np.inf
     with np.errstate(all="ignore"):  # What leads out of reach may overflow.
         if len(columns) == 1:
-            x = Branch.shared(kinematics, start, kept).states(float(way[0]))
+            x = Branch.shared(kinematics, start, kept).states(float(way[0]), most)
             x = x[some(len(x), 80)]
         else:
             # Places near the start, and as far as five lines lead.
             shares = np.arange(1, 17)[:, None] / 16
             ways = shares * (way * generic(5, len(columns)))[:, None]
             ends = start[columns] + ways.reshape(-1, len(columns))
-            x, _ = along_lines(kinematics, start[None, :], columns, ends)
+            x, _ = along_lines(kinematics, start[None, :], columns, ends, most)
         state = kinematics.close(x)
     serves = (state.residual < CLOSURE_TOLERANCE) & (state.condition < REGULAR_CONDITION)
     return np.concatenate([start[None, :], state.x[serves]])
