@@ -278,3 +278,42 @@ def test_loads_on_links_by_component() -> None:
     found = all_of(sweep.derivative("load:coupler.force_y"))
     assert found == pytest.approx(change, abs=1e-12 * np.abs(change).max())
     assert np.abs(found).max() > 0.1
+
+
+ARM = """<robot name="arm"><link name="base"/><link name="arm"/><link name="tip"/>
+<joint name="A" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint>
+<joint name="flange" type="fixed"><parent link="arm"/><child link="tip"/>
+<origin xyz="0.5 0.2 0" rpy="0 0 0.3"/></joint></robot>"""
+
+
+def rotated(angle: float, vector: Array) -> Array:
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
+
+
+def crossed(first: Array, second: Array) -> float:
+    return float(first[0] * second[1] - first[1] * second[0])
+
+
+@pytest.mark.parametrize("kind", ["link", "world", "spring"])
+def test_what_acts_on_a_link_moves_with_the_fixed_joint_that_carries_it(kind: str) -> None:
+    angle, force, point, anchor = 0.7, np.array([3.0, 4.0]), np.array([0.1, 0.2]), (0.3, -0.4)
+    if kind == "spring":  # Without free length, it pulls to its anchor in proportion.
+        ends = "base", (*anchor, 0.0), "tip", (*point, 0.0)
+        scene = cd.Scene(cd.load(ARM), drive="A", elements=[cd.PointSpring(*ends, 50.0)])
+    else:
+        load = cd.Wrench(force=(*force, 0.0), frame=kind, point=(*point, 0.0))
+        scene = cd.Scene(cd.load(ARM), drive="A", loads={"tip": load})
+    found = scene.sweep(angle).derivative("origin:flange.x", "origin:flange.yaw")
+    whole = angle + 0.3
+    lever = rotated(angle, np.array([0.5, 0.2])) + rotated(whole, point)
+    along = rotated(angle, np.array([1.0, 0.0])), rotated(whole + np.pi / 2.0, point)
+    for derivative, moved, turns in zip(found.values(), along, (0.0, 1.0), strict=True):
+        if kind == "spring":
+            torque = -50.0 * crossed(moved, np.array(anchor))
+        elif kind == "world":
+            torque = -crossed(moved, force)
+        else:
+            turned = turns * rotated(whole + np.pi / 2.0, force)
+            torque = -crossed(moved, rotated(whole, force)) - crossed(lever, turned)
+        assert derivative.drive_effort[0] == pytest.approx(torque, rel=1e-10), kind

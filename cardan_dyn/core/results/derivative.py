@@ -360,7 +360,7 @@ def _of_element(problem: Problem, name: str, kind: str, of: str) -> OfElement:
     # What acts is linear in it: any difference is exact.
     ends = (1.5 * value, 0.5 * value) if value else (1.0, 0.0)
     more, less = (replace(cast("Any", element), **{kind: end}) for end in ends)
-    return OfElement(name, index, more, less, ends[0] - ends[1])
+    return OfElement(name, index, (more, less), ends[0] - ends[1])
 
 
 def _of_origin(problem: Problem, name: str, of: str) -> OfOrigin:
