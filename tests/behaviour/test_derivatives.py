@@ -281,8 +281,8 @@ def test_loads_on_links_by_component() -> None:
 
 
 ARM = """<robot name="arm"><link name="base"/><link name="arm"/><link name="tip"/>
-<joint name="A" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint>
-<joint name="flange" type="fixed"><parent link="arm"/><child link="tip"/>
+<joint name="A" type="continuous"><parent link="base"/><child link="arm"/>
+<axis xyz="0 0 1"/></joint><joint name="flange" type="fixed"><parent link="arm"/><child link="tip"/>
 <origin xyz="0.5 0.2 0" rpy="0 0 0.3"/></joint></robot>"""
 
 
@@ -317,3 +317,19 @@ def test_what_acts_on_a_link_moves_with_the_fixed_joint_that_carries_it(kind: st
             turned = turns * rotated(whole + np.pi / 2.0, force)
             torque = -crossed(moved, rotated(whole, force)) - crossed(lever, turned)
         assert derivative.drive_effort[0] == pytest.approx(torque, rel=1e-10), kind
+
+
+@pytest.mark.parametrize("short", [0.1, 0.01, 0.001])
+def test_springs_much_shorter_than_the_mechanism(short: float) -> None:
+    free, gap = 0.4 * short, np.array([0.6 * short, 0.8 * short])
+    arm = ARM.replace("0.5 0.2 0", "0.5 0 0")
+    ends = "base", (0.5 + gap[0], gap[1], 0.0), "tip", (0.0, 0.0, 0.0)
+    spring = cd.PointSpring(*ends, 100.0, length=free)
+    found = cd.Scene(cd.load(arm), drive="A", elements=[spring]).sweep(0.0).derivative("A")
+    # Across its line, a spring is as stiff as its force is by its length.
+    across = 100.0 * (1.0 - free / short)
+    along = gap / short
+    force = across * gap
+    stiffness = across * np.eye(2) + (100.0 - across) * np.outer(along, along)
+    torque = 0.25 * stiffness[1, 1] + 0.5 * force[0]
+    assert found.drive_effort[0] == pytest.approx(torque, rel=2e-10)

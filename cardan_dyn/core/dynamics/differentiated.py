@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...kit.arrays import EPS, Array
-from ...kit.differences import displacements, slopes
+from ...kit.differences import slope
 from ...kit.errors import ModelError
 from ..elements.element import Element
 from ..elements.element_forces import Acted, ElementForces
@@ -218,14 +218,15 @@ class _Pushing(NamedTuple):
         if isinstance(parameter, OfOrigin):
             far[:] = np.max(far, initial=1.0 / parameter.unit)
         far[far == 0.0] = 1.0
-        values = []
-        for (at,) in displacements(np.ones(1)).tolist():
+
+        def moved(at: float) -> Array:
             by = (at / far)[:, None]
-            moved = self._replace(x=self.x + by * x, v=self.v + by * v)
+            result = self._replace(x=self.x + by * x, v=self.v + by * v)
             if isinstance(parameter, OfOrigin):
-                moved = moved._replace(mechanism=parameter.displaced(at / float(far[0])))
-            values.append(moved.rows())
-        change = slopes(np.array(values), np.ones(1))[..., 0] * far
+                result = result._replace(mechanism=parameter.displaced(at / float(far[0])))
+            return result.rows()
+
+        change = slope(moved) * far
         if isinstance(parameter, OfElement):
             more, less = (self._with(parameter.element, end) for end in parameter.ends)
             change += (more.rows() - less.rows()) / parameter.step
@@ -370,9 +371,9 @@ def _displaced(tree: Tree, slopes: Any, change: Scalar) -> Tree:
     """Return a tree that changes by some times slopes of it, which know less masses."""
     of = Tree(*slopes)
     bodies = []
-    for body, slope in zip(tree.bodies, of.bodies, strict=True):
-        masses = body.masses[: len(slope[-1])]
-        moved = _moved(body._replace(masses=masses), slope, change)
+    for body, of_body in zip(tree.bodies, of.bodies, strict=True):
+        masses = body.masses[: len(of_body[-1])]
+        moved = _moved(body._replace(masses=masses), of_body, change)
         bodies.append(moved._replace(masses=(*moved.masses, *body.masses[len(masses) :])))
     return tree._replace(
         axes=_moved(tree.axes, of.axes, change),

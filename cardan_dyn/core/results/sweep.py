@@ -524,8 +524,8 @@ class Sweep(MotionResult):
 
         Derivatives are of the equations themselves, not of differences: closed positions follow
         from the implicit function of the loops, rates and wrenches by the chain rule. What elements
-        exert is differentiated by differences of fourth order, to 1e-12; all numbers of elements
-        that parameters name are exact.
+        exert is differentiated by differences whose steps are made finer until they agree, to some
+        1e-11; all numbers of elements that parameters name are exact.
 
         Args:
             parameters: one, or several, in SI units: a driven or held coordinate (a length or an
