@@ -333,3 +333,41 @@ def test_springs_much_shorter_than_the_mechanism(short: float) -> None:
     stiffness = across * np.eye(2) + (100.0 - across) * np.outer(along, along)
     torque = 0.25 * stiffness[1, 1] + 0.5 * force[0]
     assert found.drive_effort[0] == pytest.approx(torque, rel=2e-10)
+
+
+@pytest.mark.parametrize("pitch", [0.4, 2.0, np.pi, np.pi / 2.0, -np.pi / 2.0])
+def test_angles_of_an_origin(pitch: float) -> None:
+    """A weight on a hinge whose rotation is written as angles, one of them beyond 90°."""
+    roll, yaw, angle, weight = 0.3, 0.2, 0.7, np.array([0.0, 0.0, -5.0])
+
+    def about(axis: int, by: float) -> Array:
+        first, second = (axis + 1) % 3, (axis + 2) % 3
+        result = np.eye(3)
+        result[first, first] = result[second, second] = np.cos(by)
+        result[second, first], result[first, second] = np.sin(by), -np.sin(by)
+        return result
+
+    def slope_about(axis: int, by: float) -> Array:
+        result = about(axis, by + np.pi / 2.0)
+        result[axis, axis] = 0.0
+        return result
+
+    text = f"""<robot name="arm"><link name="base"/><link name="arm"/>
+    <joint name="A" type="continuous"><parent link="base"/><child link="arm"/>
+    <origin rpy="{roll} {pitch} {yaw}"/><axis xyz="0 1 0"/></joint></robot>"""
+    point = np.array([0.4, 0.3, 0.2])
+    load = cd.Wrench(force=weight, frame="world", point=tuple(point))
+    sweep = cd.Scene(cd.load(text), drive="A", loads={"arm": load}).sweep(angle)
+    # The work of the weight: the drive holds its derivative by the angle.
+    arm = slope_about(1, angle) @ point
+    turns = [(2, yaw), (1, pitch), (0, roll)]
+    for index, name in enumerate(("yaw", "pitch", "roll")):
+        parts = [(slope_about if k == index else about)(*turn) for k, turn in enumerate(turns)]
+        if name == "pitch" and np.cos(pitch) ** 2 < 1e-9:
+            with pytest.raises(cd.CardanError, match="pitch of 90°"):
+                sweep.derivative("origin:A.pitch")
+            continue
+        sign = -1.0 if name == "pitch" and np.cos(pitch) < 0.0 else 1.0
+        expected = -sign * (weight @ parts[0] @ parts[1] @ parts[2] @ arm)
+        found = sweep.derivative(f"origin:A.{name}").drive_effort[0]
+        assert found == pytest.approx(expected, abs=1e-13), name

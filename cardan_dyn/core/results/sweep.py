@@ -533,8 +533,10 @@ class Sweep(MotionResult):
                 `acceleration:DRIVE`; `load:JOINT`, or `load:LINK.force_x` (… `moment_z`) of a link
                 with a load in the sweep, in the load's axes; `gravity.x` (`.y`, `.z`); `mass:LINK`,
                 with its centre and inertia about it as they are; `centre:LINK.x` and
-                `inertia:LINK.xx` (… `xy`), in the link's axes; `stiffness:ELEMENT`,
-                `damping:ELEMENT`.
+                `inertia:LINK.xx` (… `xy`), in the link's axes; `origin:JOINT.x` (… `z`, `roll`,
+                `pitch`, `yaw`), or `origin:LOOP.predecessor.x`, in the axes of the link that
+                carries it, with a pitch between ±90° whatever angles the text has;
+                `stiffness:ELEMENT`, `damping:ELEMENT`.
 
         Returns:
             What is read like the sweep: `["joint"].force`, `.drive_effort`,
