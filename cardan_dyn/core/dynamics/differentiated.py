@@ -226,7 +226,8 @@ class _Pushing(NamedTuple):
                 result = result._replace(mechanism=parameter.displaced(at / float(far[0])))
             return result.rows()
 
-        change = slope(moved) * far
+        moves = np.any(x) or np.any(v) or isinstance(parameter, OfOrigin)
+        change = slope(moved) * far if moves else np.zeros_like(self.rows())
         if isinstance(parameter, OfElement):
             more, less = (self._with(parameter.element, end) for end in parameter.ends)
             change += (more.rows() - less.rows()) / parameter.step
@@ -516,14 +517,16 @@ class _Samples:
             rows, x = self._rows.of_lanes(chosen, count), self._x[:, chosen]
             found, instability = tape.differentiated(rows, x, of_lanes)
             holds = instability <= 1.0
-            if results is None:
-                results = [
+            if len(chosen) == count:
+                results = found
+            else:
+                results = results or [
                     Change(*(np.empty((count, *part.shape[1:])) for part in change))
                     for change in found
                 ]
-            for result, change in zip(results, found, strict=True):
-                for values, part in zip(result, change, strict=True):
-                    values[chosen] = part
+                for result, change in zip(results, found, strict=True):
+                    for values, part in zip(result, change, strict=True):
+                        values[chosen] = part
             left = np.setdiff1d(left, chosen[holds])
             if not len(left):
                 break
