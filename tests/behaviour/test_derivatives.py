@@ -371,3 +371,20 @@ def test_angles_of_an_origin(pitch: float) -> None:
         expected = -sign * (weight @ parts[0] @ parts[1] @ parts[2] @ arm)
         found = sweep.derivative(f"origin:A.{name}").drive_effort[0]
         assert found == pytest.approx(expected, abs=1e-13), name
+
+
+def test_how_idle_rods_turn_is_not_differentiated() -> None:
+    text = """<robot name="rod"><link name="base"/><link name="crank"/><link name="rod"/>
+    <link name="rocker"/><joint name="a" type="continuous"><parent link="base"/>
+    <child link="crank"/><axis xyz="0 0 1"/></joint><joint name="b" type="spherical">
+    <parent link="crank"/><child link="rod"/><origin xyz="0 0.1 0.02"/></joint>
+    <joint name="d" type="continuous"><parent link="base"/><child link="rocker"/>
+    <origin xyz="0.5 0.05 0.1" rpy="1.2 0.1 0.3"/><axis xyz="0 0 1"/></joint>
+    <loop name="c" type="spherical"><predecessor link="rod"><origin xyz="0.45 0 0"/></predecessor>
+    <successor link="rocker"><origin xyz="0.05 0.25 0.05"/></successor></loop></robot>"""
+    sweep = cd.Scene(cd.load(text), drive="a", loads={"d": -2.0}).sweep([-0.5, -1.0], speed=3.0)
+    for name in "a", "origin:b.x":
+        with pytest.raises(cd.CardanError, match="idle rods"):
+            sweep.derivative(name)
+    own = sweep.derivative("load:d").drive_effort
+    assert own == pytest.approx(-sweep.motion.ratio("d"), rel=1e-12)

@@ -124,8 +124,8 @@ class OfOrigin(Parameter):
         if tree.spins or tree.gears:
             raise ModelError(
                 f"{self.name}: the lines of idle rods and the teeth of gears depend on it, of "
-                "which derivatives are not known; make the joint adjustable and differentiate by "
-                "its coordinate"
+                "which derivatives are not known; of gears, make the joint adjustable and "
+                "differentiate by its coordinate; of rods, drive or hold their spins"
             )
         of_tree, of_links = _slope(numbers, self.weights)
         return of_tree, of_links
@@ -306,6 +306,12 @@ class _Differentiated(Tape):
                 for row in seeded:
                     seeds[trace.inputs[f"r{row}"]] = trace.input(f"s{k}.{row}", 1.0)
                 if isinstance(parameter, OfColumn):
+                    if tree.spins:  # Rates of a spin are not those of its position.
+                        raise ModelError(
+                            f"{parameter.name}: idle rods turn about their lines with it, of which "
+                            "derivatives are not known; drive or hold their spins, or give one "
+                            "ball of each the type universal"
+                        )
                     seeds[trace.inputs[f"x{parameter.column}"]] = 1.0
                 elif isinstance(parameter, OfRow):
                     own = trace.inputs[f"r{parameter.row}"]
