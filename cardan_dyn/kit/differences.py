@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .arrays import EPS, Array
@@ -9,6 +11,8 @@ from .arrays import EPS, Array
 _STEP = float(EPS**0.2)
 """Step, in units of a variable: its fourth power, the error of the formula, is then as great as
 rounding by the step."""
+_ROUNDED = 64.0 * EPS
+"""Rounding of what some ten operations lead to, beside it."""
 
 
 def displacements(units: Array) -> Array:
@@ -47,3 +51,31 @@ def kinks(values: Array, middle: Array, units: Array) -> Array:
     odd = np.abs(far_ahead - far_back - 2.0 * (ahead - back))
     even = np.abs(far_ahead + far_back - 4.0 * (ahead + back))
     return np.moveaxis(np.maximum(odd, even), 0, -1) / (12.0 * _STEP * units)
+
+
+def slope(values: Callable[[float], Array]) -> Array:
+    """Return derivatives `(k, n)` by one variable at 0, by steps that suit each of them.
+
+    Steps are halved until two derivatives differ by rounding, and those that agree best are taken:
+    near a kink, or where a number changes within less than a step, what is on this side of it.
+
+    Args:
+        values: returns k numbers of n samples `(k, n)`, which depend on variables of about 1.
+    """
+    step = _STEP
+    far, near = (values(2.0 * step) - values(-2.0 * step)), (values(step) - values(-step))
+    found = best = (8.0 * near - far) / (12.0 * step)
+    least = np.full(found.shape, np.inf)
+    size = np.abs(values(0.0))
+    while step > np.sqrt(EPS):
+        step *= 0.5
+        far, near = near, values(step) - values(-step)
+        before, found = found, (8.0 * near - far) / (12.0 * step)
+        apart = np.abs(found - before)
+        agrees = apart < least
+        best, least = np.where(agrees, found, best), np.where(agrees, apart, least)
+        # What rounds are the numbers and the variables; a tenth of what stays is of the formula.
+        rounded = (size + np.abs(found)).max(axis=-1, keepdims=True, initial=0.0)
+        if np.all(apart <= _ROUNDED * rounded / step):
+            break
+    return np.asarray(best)

@@ -278,3 +278,113 @@ def test_loads_on_links_by_component() -> None:
     found = all_of(sweep.derivative("load:coupler.force_y"))
     assert found == pytest.approx(change, abs=1e-12 * np.abs(change).max())
     assert np.abs(found).max() > 0.1
+
+
+ARM = """<robot name="arm"><link name="base"/><link name="arm"/><link name="tip"/>
+<joint name="A" type="continuous"><parent link="base"/><child link="arm"/>
+<axis xyz="0 0 1"/></joint><joint name="flange" type="fixed"><parent link="arm"/><child link="tip"/>
+<origin xyz="0.5 0.2 0" rpy="0 0 0.3"/></joint></robot>"""
+
+
+def rotated(angle: float, vector: Array) -> Array:
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
+
+
+def crossed(first: Array, second: Array) -> float:
+    return float(first[0] * second[1] - first[1] * second[0])
+
+
+@pytest.mark.parametrize("kind", ["link", "world", "spring"])
+def test_what_acts_on_a_link_moves_with_the_fixed_joint_that_carries_it(kind: str) -> None:
+    angle, force, point, anchor = 0.7, np.array([3.0, 4.0]), np.array([0.1, 0.2]), (0.3, -0.4)
+    if kind == "spring":  # Without free length, it pulls to its anchor in proportion.
+        ends = "base", (*anchor, 0.0), "tip", (*point, 0.0)
+        scene = cd.Scene(cd.load(ARM), drive="A", elements=[cd.PointSpring(*ends, 50.0)])
+    else:
+        load = cd.Wrench(force=(*force, 0.0), frame=kind, point=(*point, 0.0))
+        scene = cd.Scene(cd.load(ARM), drive="A", loads={"tip": load})
+    found = scene.sweep(angle).derivative("origin:flange.x", "origin:flange.yaw")
+    whole = angle + 0.3
+    lever = rotated(angle, np.array([0.5, 0.2])) + rotated(whole, point)
+    along = rotated(angle, np.array([1.0, 0.0])), rotated(whole + np.pi / 2.0, point)
+    for derivative, moved, turns in zip(found.values(), along, (0.0, 1.0), strict=True):
+        if kind == "spring":
+            torque = -50.0 * crossed(moved, np.array(anchor))
+        elif kind == "world":
+            torque = -crossed(moved, force)
+        else:
+            turned = turns * rotated(whole + np.pi / 2.0, force)
+            torque = -crossed(moved, rotated(whole, force)) - crossed(lever, turned)
+        assert derivative.drive_effort[0] == pytest.approx(torque, rel=1e-10), kind
+
+
+@pytest.mark.parametrize("short", [0.1, 0.01, 0.001])
+def test_springs_much_shorter_than_the_mechanism(short: float) -> None:
+    free, gap = 0.4 * short, np.array([0.6 * short, 0.8 * short])
+    arm = ARM.replace("0.5 0.2 0", "0.5 0 0")
+    ends = "base", (0.5 + gap[0], gap[1], 0.0), "tip", (0.0, 0.0, 0.0)
+    spring = cd.PointSpring(*ends, 100.0, length=free)
+    found = cd.Scene(cd.load(arm), drive="A", elements=[spring]).sweep(0.0).derivative("A")
+    # Across its line, a spring is as stiff as its force is by its length.
+    across = 100.0 * (1.0 - free / short)
+    along = gap / short
+    force = across * gap
+    stiffness = across * np.eye(2) + (100.0 - across) * np.outer(along, along)
+    torque = 0.25 * stiffness[1, 1] + 0.5 * force[0]
+    assert found.drive_effort[0] == pytest.approx(torque, rel=2e-10)
+
+
+@pytest.mark.parametrize("pitch", [0.4, 2.0, np.pi, np.pi / 2.0, -np.pi / 2.0])
+def test_angles_of_an_origin(pitch: float) -> None:
+    """A weight on a hinge whose rotation is written as angles, one of them beyond 90°."""
+    roll, yaw, angle, weight = 0.3, 0.2, 0.7, np.array([0.0, 0.0, -5.0])
+
+    def about(axis: int, by: float) -> Array:
+        first, second = (axis + 1) % 3, (axis + 2) % 3
+        result = np.eye(3)
+        result[first, first] = result[second, second] = np.cos(by)
+        result[second, first], result[first, second] = np.sin(by), -np.sin(by)
+        return result
+
+    def slope_about(axis: int, by: float) -> Array:
+        result = about(axis, by + np.pi / 2.0)
+        result[axis, axis] = 0.0
+        return result
+
+    text = f"""<robot name="arm"><link name="base"/><link name="arm"/>
+    <joint name="A" type="continuous"><parent link="base"/><child link="arm"/>
+    <origin rpy="{roll} {pitch} {yaw}"/><axis xyz="0 1 0"/></joint></robot>"""
+    point = np.array([0.4, 0.3, 0.2])
+    load = cd.Wrench(force=weight, frame="world", point=tuple(point))
+    sweep = cd.Scene(cd.load(text), drive="A", loads={"arm": load}).sweep(angle)
+    # The work of the weight: the drive holds its derivative by the angle.
+    arm = slope_about(1, angle) @ point
+    turns = [(2, yaw), (1, pitch), (0, roll)]
+    for index, name in enumerate(("yaw", "pitch", "roll")):
+        parts = [(slope_about if k == index else about)(*turn) for k, turn in enumerate(turns)]
+        if name == "pitch" and np.cos(pitch) ** 2 < 1e-9:
+            with pytest.raises(cd.CardanError, match="pitch of 90°"):
+                sweep.derivative("origin:A.pitch")
+            continue
+        sign = -1.0 if name == "pitch" and np.cos(pitch) < 0.0 else 1.0
+        expected = -sign * (weight @ parts[0] @ parts[1] @ parts[2] @ arm)
+        found = sweep.derivative(f"origin:A.{name}").drive_effort[0]
+        assert found == pytest.approx(expected, abs=1e-13), name
+
+
+def test_how_idle_rods_turn_is_not_differentiated() -> None:
+    text = """<robot name="rod"><link name="base"/><link name="crank"/><link name="rod"/>
+    <link name="rocker"/><joint name="a" type="continuous"><parent link="base"/>
+    <child link="crank"/><axis xyz="0 0 1"/></joint><joint name="b" type="spherical">
+    <parent link="crank"/><child link="rod"/><origin xyz="0 0.1 0.02"/></joint>
+    <joint name="d" type="continuous"><parent link="base"/><child link="rocker"/>
+    <origin xyz="0.5 0.05 0.1" rpy="1.2 0.1 0.3"/><axis xyz="0 0 1"/></joint>
+    <loop name="c" type="spherical"><predecessor link="rod"><origin xyz="0.45 0 0"/></predecessor>
+    <successor link="rocker"><origin xyz="0.05 0.25 0.05"/></successor></loop></robot>"""
+    sweep = cd.Scene(cd.load(text), drive="a", loads={"d": -2.0}).sweep([-0.5, -1.0], speed=3.0)
+    for name in "a", "origin:b.x":
+        with pytest.raises(cd.CardanError, match="idle rods"):
+            sweep.derivative(name)
+    own = sweep.derivative("load:d").drive_effort
+    assert own == pytest.approx(-sweep.motion.ratio("d"), rel=1e-12)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.kit.differences import displacements, kinks, slopes
+from cardan_dyn.kit.differences import displacements, kinks, slope, slopes
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e6])
@@ -55,3 +55,20 @@ def test_smooth_functions_have_no_kinks() -> None:
     left = kinks(law(displacements(units)), law(np.zeros((1, 2)))[0], units)
     assert left.shape == (2, 2)
     assert np.max(left) < 1e-6
+
+
+def test_steps_of_a_slope_suit_what_changes_within_less_than_a_step() -> None:
+    narrow = np.array([1.0, 1e-2, 1e-4])
+    found = slope(lambda by: np.array([np.arctan((by + narrow) / narrow), np.exp(by - narrow)]))
+    expected = [0.5 / narrow, np.exp(-narrow)]
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def test_a_slope_beside_a_kink_is_that_of_its_own_side() -> None:
+    beside = np.array([1e-2, 1e-4, -1e-4, 1e-6, -1e-6])
+    found = slope(lambda by: np.abs(by + beside)[None])
+    np.testing.assert_allclose(found, [np.sign(beside)], rtol=1e-7)
+
+
+def test_a_slope_of_what_does_not_change_is_exactly_zero() -> None:
+    assert not slope(lambda by: np.array([[0.1, 1.0 / 3.0]])).any()

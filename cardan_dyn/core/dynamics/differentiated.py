@@ -10,15 +10,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...kit.arrays import EPS, Array
+from ...kit.differences import slope
 from ...kit.errors import ModelError
 from ..elements.element import Element
-from ..elements.element_forces import ElementForces
+from ..elements.element_forces import Acted, ElementForces
 from ..elements.link_loads import LinkLoad
 from ..mechanics import closure
 from ..mechanics.bodies import Mass, Tree
@@ -27,11 +27,9 @@ from ..mechanics.placements import placed
 from ..mechanism.mechanism import Mechanism
 from ..tape import Program, Scalar, Trace, Variable, tangents
 from .inverse_dynamics import Inputs
-from .tape import Equations, Found, Prescribed, Tape
+from .tape import Equations, Found, Kind, LinkKind, Prescribed, Tape
 from .taped import MOST_TAPES, TapedSolver, vectors
 
-_STEP = float(EPS**0.2)
-"""Step of differences of fourth order, in units of a variable; see `kit.differences`."""
 _TOLD = Found._fields.index("x") - Found._fields.index("failure")
 """Rows in which a tape tells of itself."""
 _BLOCK = 1024
@@ -84,19 +82,21 @@ class OfOrigin(Parameter):
 
     Attributes:
         displaced: returns the mechanism in which it is greater by some amount [m or rad].
+        unit: amount that changes a mechanism by about its own size.
         nodes, weights: amounts, and the sum of weighted numbers there that is the derivative of all
             numbers of a tree: of polynomials of second degree in a length, of trigonometric ones
             in an angle, which products of two rotations are.
     """
 
     displaced: Callable[[float], Mechanism]
+    unit: float
     nodes: tuple[float, ...]
     weights: tuple[float, ...]
 
     @classmethod
     def of_length(cls, name: str, displaced: Callable[[float], Mechanism], far: float) -> OfOrigin:
         """Return one of a length, whose numbers are compared at places that far away [m]."""
-        return cls(name, displaced, (far, -far), (0.5 / far, -0.5 / far))
+        return cls(name, displaced, far, (far, -far), (0.5 / far, -0.5 / far))
 
     @classmethod
     def of_angle(cls, name: str, displaced: Callable[[float], Mechanism]) -> OfOrigin:
@@ -106,25 +106,29 @@ class OfOrigin(Parameter):
             sign / (8.0 * np.sin(node / 2.0) ** 2)
             for sign, node in zip((1.0, -1.0, 1.0, -1.0), nodes, strict=True)
         )
-        return cls(name, displaced, nodes, weights)
+        return cls(name, displaced, 1.0, nodes, weights)
 
-    def slopes(self, tree_of: Callable[[Mechanism], Tree]) -> Any:
-        """Return the derivatives of all numbers of a tree, in its structure.
+    def slopes(
+        self, numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]]
+    ) -> tuple[Any, Any]:
+        """Return the derivatives of all numbers of a tree and of links, in their structure.
 
         Args:
-            tree_of: returns the tree of a mechanism.
+            numbers_at: returns those of a mechanism.
 
         Raises:
             ModelError: the tree has numbers of other kinds.
         """
-        trees = [tree_of(self.displaced(node)) for node in self.nodes]
-        if trees[0].spins or trees[0].gears:
+        numbers = [numbers_at(self.displaced(node)) for node in self.nodes]
+        tree = numbers[0][0]
+        if tree.spins or tree.gears:
             raise ModelError(
                 f"{self.name}: the lines of idle rods and the teeth of gears depend on it, of "
-                "which derivatives are not known; make the joint adjustable and differentiate by "
-                "its coordinate"
+                "which derivatives are not known; of gears, make the joint adjustable and "
+                "differentiate by its coordinate; of rods, drive or hold their spins"
             )
-        return _slope(trees, self.weights)
+        of_tree, of_links = _slope(numbers, self.weights)
+        return of_tree, of_links
 
 
 def _slope(values: Sequence[Any], weights: Sequence[float]) -> Any:
@@ -161,30 +165,12 @@ class OfElement(Parameter):
 
     Attributes:
         element: its index.
-        more, less: elements in its place whose numbers differ by `step`.
+        ends: elements in its place whose numbers differ by `step`.
     """
 
     element: int
-    more: Element
-    less: Element
+    ends: tuple[Element, Element]
     step: float
-
-
-class _Pushed(NamedTuple):
-    """What elements exert, or how it changes.
-
-    Attributes:
-        efforts: `(n, nv)`.
-        links: wrenches on links.
-    """
-
-    efforts: Array
-    links: list[LinkLoad]
-
-    def rows(self) -> list[Array]:
-        """Return it as rows `(k, n)`, in the order of `Prescribed`."""
-        every = [self.efforts, *chain.from_iterable(vectors(self.links))]
-        return [np.broadcast_to(part, (len(self.efforts), part.shape[1])).T for part in every]
 
 
 class _Pushing(NamedTuple):
@@ -205,15 +191,20 @@ class _Pushing(NamedTuple):
     time: Array
     units: tuple[Array, Array]
 
-    def at(self, way: _Pushing | None = None) -> _Pushed:
-        """Return what they exert at the samples, or at others."""
-        own = way or self
-        forces = ElementForces(own.mechanism, own.elements)
-        acted = forces.at(own.x, own.v, own.time)
-        return _Pushed(acted.efforts, acted.link_loads(self.mechanism))
+    def acted(self) -> Acted:
+        """Return what they exert."""
+        return ElementForces(self.mechanism, self.elements).at(self.x, self.v, self.time)
 
-    def change(self, parameter: Parameter, x: Array, v: Array) -> _Pushed:
-        """Return how that changes with a parameter.
+    def rows(self) -> Array:
+        """Return it as rows `(k, n)`, in the order of `Prescribed`: efforts, wrenches on links."""
+        acted = self.acted()
+        every = [acted.efforts]
+        every += [part for wrench in acted.wrenches for part in (wrench.force, wrench.moment)]
+        count = len(acted.efforts)
+        return np.concatenate([np.broadcast_to(part, (count, part.shape[1])).T for part in every])
+
+    def change(self, parameter: Parameter, x: Array, v: Array) -> Array:
+        """Return how the rows change with a parameter.
 
         Args:
             parameter: which.
@@ -224,41 +215,29 @@ class _Pushing(NamedTuple):
         fastest = np.maximum(1.0, np.abs(self.v / self.units[1]).max(axis=1, initial=0.0))
         ways = np.abs(x / self.units[0]).max(axis=1, initial=0.0)
         far = np.maximum(ways, np.abs(v / self.units[1]).max(axis=1, initial=0.0) / fastest)
-        step = (_STEP / np.where(far > 0.0, far, 1.0))[:, None]
-        parts, weights = [], []
         if isinstance(parameter, OfOrigin):
-            step = np.full((1, 1), _STEP / max(1.0, float(np.max(far, initial=0.0))))
-        for at, weight in (-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0):
-            moved = self._replace(x=self.x + at * step * x, v=self.v + at * step * v)
+            far[:] = np.max(far, initial=1.0 / parameter.unit)
+        far[far == 0.0] = 1.0
+
+        def moved(at: float) -> Array:
+            by = (at / far)[:, None]
+            result = self._replace(x=self.x + by * x, v=self.v + by * v)
             if isinstance(parameter, OfOrigin):
-                displaced = parameter.displaced(at * float(step[0, 0]))
-                moved = moved._replace(mechanism=displaced)
-            parts.append(self.at(moved))
-            weights.append(weight / (12.0 * step))
+                result = result._replace(mechanism=parameter.displaced(at / float(far[0])))
+            return result.rows()
+
+        moves = np.any(x) or np.any(v) or isinstance(parameter, OfOrigin)
+        change = slope(moved) * far if moves else np.zeros_like(self.rows())
         if isinstance(parameter, OfElement):
-            for element, sign in (parameter.more, 1.0), (parameter.less, -1.0):
-                elements = list(self.elements)
-                elements[parameter.element] = element
-                parts.append(self.at(self._replace(elements=tuple(elements))))
-                weights.append(np.full((1, 1), sign / parameter.step))
-        return _weighted(parts, weights)
+            more, less = (self._with(parameter.element, end) for end in parameter.ends)
+            change += (more.rows() - less.rows()) / parameter.step
+        return change
 
-
-def _weighted(parts: Sequence[_Pushed], weights: Sequence[Array]) -> _Pushed:
-    """Return a sum of what acts on the same links, with weights `(n, 1)`."""
-
-    def total(values: Sequence[Array]) -> Array:
-        return np.sum([value * by for value, by in zip(values, weights, strict=True)], axis=0)
-
-    links = [
-        replace(
-            load,
-            force=total([part.links[k].force for part in parts]),
-            moment=total([part.links[k].moment for part in parts]),
+    def _with(self, index: int, element: Element) -> _Pushing:
+        """Return it with another element in place of one."""
+        return self._replace(
+            elements=(*self.elements[:index], element, *self.elements[index + 1 :])
         )
-        for k, load in enumerate(parts[0].links)
-    ]
-    return _Pushed(total([part.efforts for part in parts]), links)
 
 
 class Change(NamedTuple):
@@ -295,7 +274,7 @@ class _Differentiated(Tape):
         acting: Array,
         parameters: Sequence[Parameter],
         seeded: Sequence[int],
-        tree_at: Callable[[Mechanism], Tree],
+        numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]],
     ) -> None:
         """Trace the derivatives.
 
@@ -306,14 +285,15 @@ class _Differentiated(Tape):
             acting: see `Tape`.
             parameters: by which results are differentiated.
             seeded: rows that change with every parameter, as runs say.
-            tree_at: returns the tree in which joints lie elsewhere.
+            numbers_at: returns the tree, and the links that wrenches act on, of a mechanism in
+                which joints lie elsewhere.
         """
         self._order, self.acting, self._shadows = order, acting, shadows
         rounding = equations.rounding(dict(enumerate(shadows)))
         with Trace() as trace:
             changes = [trace.input(f"p{k}", 0.0, uniform=True) for k in range(len(parameters))]
-            tree = _changed(equations.tree, parameters, changes, tree_at)
-            self._equations, self._count = equations.on(tree), len(parameters)
+            tree, links = _changed(equations, parameters, changes, numbers_at)
+            self._equations, self._count = equations.on(tree, links), len(parameters)
             given, x, left_out = self._traced(trace)
             outputs = self._equations.results(given, x, order, left_out, rounding)
             judged, found = outputs[:_TOLD], outputs[_TOLD:]
@@ -326,6 +306,12 @@ class _Differentiated(Tape):
                 for row in seeded:
                     seeds[trace.inputs[f"r{row}"]] = trace.input(f"s{k}.{row}", 1.0)
                 if isinstance(parameter, OfColumn):
+                    if tree.spins:  # Rates of a spin are not those of its position.
+                        raise ModelError(
+                            f"{parameter.name}: idle rods turn about their lines with it, of which "
+                            "derivatives are not known; drive or hold their spins, or give one "
+                            "ball of each the type universal"
+                        )
                     seeds[trace.inputs[f"x{parameter.column}"]] = 1.0
                 elif isinstance(parameter, OfRow):
                     own = trace.inputs[f"r{parameter.row}"]
@@ -367,12 +353,13 @@ class _Differentiated(Tape):
 
 
 def _changed(
-    tree: Tree,
+    equations: Equations,
     parameters: Sequence[Parameter],
     changes: Sequence[Variable],
-    tree_at: Callable[[Mechanism], Tree],
-) -> Tree:
-    """Return a tree whose numbers change with parameters."""
+    numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]],
+) -> tuple[Tree, tuple[LinkKind, ...]]:
+    """Return a tree and links whose numbers change with parameters; see `_Differentiated`."""
+    tree, links = equations.tree, equations.links
     for parameter, change in zip(parameters, changes, strict=True):
         if isinstance(parameter, OfMass) and parameter.body >= 0:
             bodies = list(tree.bodies)
@@ -382,17 +369,18 @@ def _changed(
             tree = tree._replace(bodies=tuple(bodies))
     for parameter, change in zip(parameters, changes, strict=True):
         if isinstance(parameter, OfOrigin):
-            tree = _displaced(tree, parameter.slopes(tree_at), change)
-    return tree
+            of_tree, of_links = parameter.slopes(numbers_at)
+            tree, links = _displaced(tree, of_tree, change), _moved(links, of_links, change)
+    return tree, links
 
 
 def _displaced(tree: Tree, slopes: Any, change: Scalar) -> Tree:
     """Return a tree that changes by some times slopes of it, which know less masses."""
     of = Tree(*slopes)
     bodies = []
-    for body, slope in zip(tree.bodies, of.bodies, strict=True):
-        masses = body.masses[: len(slope[-1])]
-        moved = _moved(body._replace(masses=masses), slope, change)
+    for body, of_body in zip(tree.bodies, of.bodies, strict=True):
+        masses = body.masses[: len(of_body[-1])]
+        moved = _moved(body._replace(masses=masses), of_body, change)
         bodies.append(moved._replace(masses=(*moved.masses, *body.masses[len(masses) :])))
     return tree._replace(
         axes=_moved(tree.axes, of.axes, change),
@@ -432,7 +420,7 @@ def _changes(
 ) -> list[Change]:
     """Return the changes of a block; arguments as of `changes_of`."""
     problem, mechanism = taped.problem, taped.problem.mechanism
-    links = [load for load in inputs.link_loads.values() if load.body >= 0]
+    links = [(name, load) for name, load in inputs.link_loads.items() if load.body >= 0]
     nothing: list[dict[int, Array]] = [{} for _ in parameters]
     if not problem.elements:
         return _Samples(taped, x, inputs, links).changes(parameters, nothing)
@@ -440,15 +428,16 @@ def _changes(
     units = 1.0 / coordinates.scale, coordinates.rate_scale
     turned = x + 2.0 * np.pi * inputs.turns
     pushing = _Pushing(mechanism, problem.elements, turned, v, inputs.time, units)
-    acted = pushing.at()
+    acted = pushing.acted()
     loaded = inputs._replace(loads=inputs.loads + acted.efforts)
-    samples = _Samples(taped, x, loaded, [*links, *acted.links])
+    names = [wrench.link for wrench in acted.wrenches]
+    pushed = list(zip(names, acted.link_loads(mechanism), strict=True))
+    samples = _Samples(taped, x, loaded, [*links, *pushed])
     moved = zip(parameters, samples.changes(parameters, nothing), strict=True)
-    pushed = [pushing.change(parameter, of.x, of.v) for parameter, of in moved]
+    every = np.array([pushing.change(parameter, of.x, of.v) for parameter, of in moved])
     efforts = samples.first_effort + np.arange(mechanism.model.nv)
-    exerted = efforts[-1] + 1 + np.arange(6 * (len(links) + len(acted.links)))
-    rows = [*efforts, *exerted[6 * len(links) :]]
-    every = np.array([np.concatenate(item.rows()) for item in pushed])
+    exerted = efforts[-1] + 1 + 6 * len(links) + np.arange(6 * len(pushed))
+    rows = [*efforts, *exerted]
     acting = np.flatnonzero(every.any(axis=(0, 2)))
     return samples.changes(parameters, [{int(rows[k]): own[k] for k in acting} for own in every])
 
@@ -461,22 +450,37 @@ class _Samples:
     """
 
     def __init__(
-        self, taped: TapedSolver, x: Array, inputs: Inputs, links: Sequence[LinkLoad]
+        self, taped: TapedSolver, x: Array, inputs: Inputs, links: Sequence[tuple[str, LinkLoad]]
     ) -> None:
         """Keep them.
 
         Args:
             taped: solves them.
             x: `(n, size)` coordinates.
-            inputs: what is prescribed, what elements exert included.
-            links: all wrenches on links.
+            inputs: what is prescribed.
+            links: names of links, and all wrenches on them, what elements exert included.
         """
         self._taped, self._x = taped, np.ascontiguousarray(x.T)
-        self._kind = taped.kind_of(inputs, links, False)
+        self._inputs, self._links = inputs, links
+        self._kind = self._kind_at(taped.problem.mechanism)
         self._equations = taped.equations_of(self._kind)
         offsets = taped.offsets(self._equations.tree, inputs.turns)
-        self._rows = Prescribed.of(inputs, vectors(links), offsets, self._kind)
+        loads = vectors([load for _, load in links])
+        self._rows = Prescribed.of(inputs, loads, offsets, self._kind)
         self.first_effort = 2 * len(inputs.speeds[0]) + 3
+
+    def _kind_at(self, mechanism: Mechanism) -> Kind:
+        """Return the kind of the samples, in a mechanism whose joints lie elsewhere."""
+        loads = []
+        for name, load in self._links:
+            _, frame = mechanism.link_frame(name)
+            loads.append(replace(load, rotation=frame.rotation, translation=frame.translation))
+        return self._taped.kind_of(self._inputs, loads, False)
+
+    def _numbers_at(self, mechanism: Mechanism) -> tuple[Tree, tuple[LinkKind, ...]]:
+        """Return the tree of such a mechanism, and where links lie that wrenches act on."""
+        tree = self._taped.tree_at(mechanism, self._kind.factored)
+        return tree, self._kind_at(mechanism).links
 
     def changes(
         self, parameters: Sequence[Parameter], seeds: Sequence[Mapping[int, Array]]
@@ -500,14 +504,15 @@ class _Samples:
                 continue
             key = self._taped.key, self._kind, tuple(order.places), shadows.tobytes()
             names, seeded = tuple(item.name for item in parameters), tuple(seeds[0])
+            loaded = tuple(name for name, _ in self._links)
             make = partial(
                 _Differentiated,
                 *(self._equations, order, shadows, acting, parameters, seeded),
-                tree_at=partial(self._taped.tree_at, factored=self._kind.factored),
+                numbers_at=self._numbers_at,
             )
             try:
                 tape = self._taped.problem.mechanism.kept.of(
-                    "derivatives", (key, names, seeded, acting.tobytes()), make
+                    "derivatives", (key, names, loaded, seeded, acting.tobytes()), make
                 )
             except UnsuitableError:
                 continue
@@ -518,14 +523,16 @@ class _Samples:
             rows, x = self._rows.of_lanes(chosen, count), self._x[:, chosen]
             found, instability = tape.differentiated(rows, x, of_lanes)
             holds = instability <= 1.0
-            if results is None:
-                results = [
+            if len(chosen) == count:
+                results = found
+            else:
+                results = results or [
                     Change(*(np.empty((count, *part.shape[1:])) for part in change))
                     for change in found
                 ]
-            for result, change in zip(results, found, strict=True):
-                for values, part in zip(result, change, strict=True):
-                    values[chosen] = part
+                for result, change in zip(results, found, strict=True):
+                    for values, part in zip(result, change, strict=True):
+                        values[chosen] = part
             left = np.setdiff1d(left, chosen[holds])
             if not len(left):
                 break

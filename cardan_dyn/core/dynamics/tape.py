@@ -195,10 +195,15 @@ class Equations:
         places = *range(singles), *map(slice, ends, ends[1:])
         self._places = [(slice(None), place) for place in places]
 
-    def on(self, tree: Tree) -> Equations:
-        """Return the same of a tree of other numbers."""
+    @property
+    def links(self) -> tuple[LinkKind, ...]:
+        """What is known of the wrenches on links."""
+        return self._kind.links
+
+    def on(self, tree: Tree, links: tuple[LinkKind, ...]) -> Equations:
+        """Return the same of a tree and of links of other numbers."""
         result = copy(self)
-        result.tree = tree
+        result.tree, result._kind = tree, self._kind._replace(links=links)
         return result
 
     def given(self, rows: Iterator[Scalar], x: Sequence[Scalar]) -> Given:

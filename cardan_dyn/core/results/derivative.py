@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from ..description.description import LinkDescription
     from ..tape import Scalar
 
-_AXES, _ANGLES = "xyz", ("roll", "pitch", "yaw")
+_AXES, _PLACED = "xyz", ("x", "y", "z", "roll", "pitch", "yaw")
 _FORMS = (
     "a driven or held coordinate, 'speed:DRIVE', 'acceleration:DRIVE', 'load:JOINT', 'gravity.x', "
     "'mass:LINK', 'centre:LINK.x', 'inertia:LINK.xx', 'origin:JOINT.x' (y, z, roll, pitch, yaw), "
@@ -360,7 +360,7 @@ def _of_element(problem: Problem, name: str, kind: str, of: str) -> OfElement:
     # What acts is linear in it: any difference is exact.
     ends = (1.5 * value, 0.5 * value) if value else (1.0, 0.0)
     more, less = (replace(cast("Any", element), **{kind: end}) for end in ends)
-    return OfElement(name, index, more, less, ends[0] - ends[1])
+    return OfElement(name, index, (more, less), ends[0] - ends[1])
 
 
 def _of_origin(problem: Problem, name: str, of: str) -> OfOrigin:
@@ -376,22 +376,29 @@ def _of_origin(problem: Problem, name: str, of: str) -> OfOrigin:
     if joint not in places:
         raise ModelError(f"{name!r}: joints are {choices(places, joint)}", name=joint)
     item, field = places[joint]
-    if component not in (*_AXES, *_ANGLES):
-        raise ArgumentError(f"{name!r}: name a component: {choices([*_AXES, *_ANGLES])}")
+    if component not in _PLACED:
+        raise ArgumentError(f"{name!r}: name a component: {choices(_PLACED)}")
     placement = getattr(item, field)
-    angles = pinocchio.rpy.matrixToRpy(placement[:3, :3])
-    if component in ("roll", "yaw") and abs(np.cos(angles[1])) < np.sqrt(EPS):
+    rotation = placement[:3, :3]
+    across = np.array([-rotation[1, 0], rotation[0, 0], 0.0])
+    level = float(np.linalg.norm(across))
+    if component == "pitch" and level < np.sqrt(EPS):
         raise ModelError(
-            f"{name!r}: roll and yaw turn about the same axis where the pitch is 90°, so that no "
-            "text tells them apart; differentiate by the pitch, or place the joint otherwise"
+            f"{name!r}: at a pitch of 90°, roll and yaw turn about the same axis, so that the "
+            "rotation does not tell the yaw, which decides what the pitch turns about; "
+            "differentiate by roll and yaw, or place the joint otherwise"
         )
+    # In the parent's axes. Whatever angles write a rotation, they are the same.
+    turns_about = {
+        "roll": rotation[:, 0],
+        "pitch": across / (level or 1.0),
+        "yaw": np.array([0.0, 0.0, 1.0]),
+    }
 
     def displaced(by: float) -> Mechanism:
         moved = placement.copy()
-        if component in _ANGLES:
-            turned = angles.copy()
-            turned[_ANGLES.index(component)] += by
-            moved[:3, :3] = pinocchio.rpy.rpyToMatrix(turned)
+        if component in turns_about:
+            moved[:3, :3] = pinocchio.exp3(by * turns_about[component]) @ rotation
         else:
             moved[_AXES.index(component), 3] += by
         kind = "joints" if field == "origin" else "loops"
@@ -402,6 +409,6 @@ def _of_origin(problem: Problem, name: str, of: str) -> OfOrigin:
         changed = replace(description, **{kind: cast(Any, own)})
         return Mechanism(changed, mechanism.base, mechanism.coordinates.cardan)
 
-    if component in _ANGLES:
+    if component in turns_about:
         return OfOrigin.of_angle(name, displaced)
     return OfOrigin.of_length(name, displaced, mechanism.characteristic_length)

@@ -524,8 +524,8 @@ class Sweep(MotionResult):
 
         Derivatives are of the equations themselves, not of differences: closed positions follow
         from the implicit function of the loops, rates and wrenches by the chain rule. What elements
-        exert is differentiated by differences of fourth order, to 1e-12; all numbers of elements
-        that parameters name are exact.
+        exert is differentiated by differences whose steps are made finer until they agree, to some
+        1e-11; all numbers of elements that parameters name are exact.
 
         Args:
             parameters: one, or several, in SI units: a driven or held coordinate (a length or an
@@ -533,8 +533,10 @@ class Sweep(MotionResult):
                 `acceleration:DRIVE`; `load:JOINT`, or `load:LINK.force_x` (… `moment_z`) of a link
                 with a load in the sweep, in the load's axes; `gravity.x` (`.y`, `.z`); `mass:LINK`,
                 with its centre and inertia about it as they are; `centre:LINK.x` and
-                `inertia:LINK.xx` (… `xy`), in the link's axes; `stiffness:ELEMENT`,
-                `damping:ELEMENT`.
+                `inertia:LINK.xx` (… `xy`), in the link's axes; `origin:JOINT.x` (… `z`, `roll`,
+                `pitch`, `yaw`), or `origin:LOOP.predecessor.x`, in the axes of the link that
+                carries it, with a pitch between ±90° whatever angles the text has;
+                `stiffness:ELEMENT`, `damping:ELEMENT`.
 
         Returns:
             What is read like the sweep: `["joint"].force`, `.drive_effort`,
