@@ -11,7 +11,8 @@ from scenes import draw
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(80))
+# Of the last one, no self-stress is felt by what gives way.
+@pytest.mark.parametrize("seed", [*range(80), 60274])
 def test_a_random_chain_agrees_with_its_free_bodies(seed: int) -> None:
     case = draw(seed)
     differing = differences(case, sweep_of(case))

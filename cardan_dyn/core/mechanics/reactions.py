@@ -402,7 +402,11 @@ def _of_least_energy(
 
 
 def _bound(tree: Tree, at: Placed, item: Closed, compliances: Sequence[Compliance]) -> Scalar:
-    """Return the energy of a self-stress if all its forces were along the most compliant ways."""
+    """Return the energy of a self-stress if all its forces were along the most compliant ways.
+
+    It exerts one unit along the closure row that it belongs to, so that what it leaves of a
+    compliant joint's wrench is compared with that: it may be rounding alone.
+    """
     result: Scalar = 0.0
     lengths = np.repeat([tree.norm_length, 1.0], 3)
     for wrench, _, matrix in compliances:
@@ -411,7 +415,7 @@ def _bound(tree: Tree, at: Placed, item: Closed, compliances: Sequence[Complianc
             _, force, moment = found
             size = float(np.linalg.norm(np.array(matrix) / np.outer(lengths, lengths)))
             scaled = times(force, tree.norm_length)
-            result = result + size * (dot(scaled, scaled) + dot(moment, moment))
+            result = result + size * (1.0 + dot(scaled, scaled) + dot(moment, moment))
     return result
 
 
