@@ -174,10 +174,10 @@ class GroupSolver:
             leaves = None
         state = self._stepped(state, np.arange(len(x)), x, turns, most, leaves)
         if settles and self.group.idle:
-            # What is open stays as it is.
+            # What is open stays as it is. Rods may have far to turn.
             (closed,) = np.nonzero(state.residual < CLOSURE_TOLERANCE)
             correction = state.correction.copy()
-            state = self._stepped(state, closed, x, turns, most, None, settles)
+            state = self._stepped(state, closed, x, turns, MOST_STEPS, None, settles)
             state.correction[:] = correction
             # Whole turns of their joints depend on the way as well.
             columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
