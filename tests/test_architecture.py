@@ -15,7 +15,17 @@ STOREYS = ("kit", "core", "motion", "practice")
 
 FLOORS = (
     ("_version", "analytic", "arrays", "errors"),
-    ("checks", "compiled", "frozen", "markup", "roots", "threads", "time_left", "units"),
+    (
+        "checks",
+        "compiled",
+        "frozen",
+        "markup",
+        "quantities",
+        "roots",
+        "threads",
+        "time_left",
+        "units",
+    ),
     ("differences", "periodic"),
     ("extremes", "figures", "tape"),
     ("description",),

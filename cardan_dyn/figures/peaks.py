@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..kit.arrays import NOTHING, Array
+from ..kit.quantities import number, prefix
 from .style import SMALL, Axes
 
 _MOST_LINES = 2
@@ -18,8 +19,6 @@ _LETTER, _LINE, _GAP = 0.55, 1.25, 6.0
 """Mean width of a letter and height of a line in font sizes, and distance from the peak [pt]."""
 _ASIDE = 4.0
 """Distance of a label at the end of the axes from that [pt]."""
-_WITH_POWER = 1e7
-"""Size from which on numbers are written with a power of ten."""
 _FLAT = 1e-6
 """Range of a line, as a fraction of its greatest value, below which it has no peak."""
 _MOST_PARTS = 64
@@ -62,7 +61,7 @@ def label_peaks(
         for place in _extremes(y, both=bool(peaks), fewest=1 if peaks else _FEWEST):
             side = _side(y, place)
             panel.scatter(x[place], y[place], s=16, color=line.get_color(), zorder=3)
-            text = f"{_number(y[place])}{_follows(unit)} at {_number(x[place])}{_follows(at_unit)}"
+            text = f"{_told(y, place, unit)} at {_told(x, place, at_unit)}"
             if _write(panel, text, (x[place], y[place]), side, x, written, asked=bool(peaks)):
                 room[side] = True
     low, high = panel.get_ylim()
@@ -168,13 +167,10 @@ def _height(panel: Axes) -> float:
     return max(20.0, 72.0 * (0.8 * float(panel.figure.get_figheight()) / rows - 0.3))
 
 
-def _number(value: float) -> str:
-    """Return a number with four significant digits: 17 535 as 17540, and no 1.754e+04."""
-    text = f"{value:.4g}"
-    if "e" in text and 1.0 <= abs(value) < _WITH_POWER:
-        text = f"{float(text):.0f}"
-    return text.replace("-", "\N{MINUS SIGN}")
-
-
-def _follows(unit: str) -> str:
-    return unit if unit in ("", "°") else f" {unit}"
+def _told(values: Array, place: int, unit: str) -> str:
+    """Return one of some values as a text, in the unit in which an axis shows all of them."""
+    size = float(np.nanmax(np.abs(values)))
+    scale, shown = prefix(size, unit)
+    value = 0.0 if abs(values[place]) <= NOTHING * size else float(values[place])
+    text = number(value / scale).replace("-", "\N{MINUS SIGN}")
+    return text + (shown if shown in ("", "°") else f" {shown}")

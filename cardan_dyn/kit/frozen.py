@@ -74,6 +74,10 @@ class FrozenDict(dict[_Key, _Value]):
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (dict(self),)
 
+    def __str__(self) -> str:
+        width = max((len(str(key)) for key in self), default=0)
+        return "\n".join(f"{key!s:{width}}  {value}" for key, value in self.items())
+
     # What cannot be changed need not be copied.
     def __deepcopy__(self, memo: dict[int, object]) -> FrozenDict[_Key, _Value]:
         return self

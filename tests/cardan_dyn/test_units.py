@@ -25,6 +25,15 @@ from cardan_dyn.kit import units
         ("1 N·m/deg", "stiffness", 180.0 / math.pi),
         ("7.85 g/cm³", "density", 7850.0),
         ("210 GPa", "modulus", 2.1e11),
+        ('46"', "length", 1.1684),
+        ("6 ft", "length", 1.8288),
+        ("100 lb in", "torque", 11.29848290276167),
+        ("1 lb·in²", "inertia", 2.926396534292e-4),
+        ("1 lbf·ft/rad", "stiffness", 1.3558179483314003),
+        ("0.284 lb/in³", "density", 7861.0929376976865),
+        ("29 Mpsi", "modulus", 199947961501.88248),
+        ("30 ksi", "modulus", 206842718.79505083),
+        ("1000 lbf/in", "rigidity", 175126.83524647637),
     ],
 )
 def test_texts_with_units(text: str, dimension: str, value: float) -> None:
@@ -33,7 +42,7 @@ def test_texts_with_units(text: str, dimension: str, value: float) -> None:
 
 @pytest.mark.parametrize("text", ["900", "mm", "900 mn", "900 nm", "9,5 mm", "", "nan mm", "1 Mm"])
 def test_units_are_never_guessed(text: str) -> None:
-    with pytest.raises(ModelError, match=r"field.*\"1\.5 mm\".*units: cm, in, inch, m, mm"):
+    with pytest.raises(ModelError, match=r"field.*\"1\.5 mm\".*units: \", cm, ft, in, inch, m, mm"):
         units.read(text, "length", "field")
 
 

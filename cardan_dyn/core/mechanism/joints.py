@@ -130,6 +130,10 @@ class NamedCoordinate(NamedTuple):
         """Unit of what acts along it: `"N"` or `"N·m"`."""
         return "N" if self.slides else "N·m"
 
+    def __str__(self) -> str:
+        what = "slides" if self.slides else "turns"
+        return f"{what}: position in {self.unit}, effort in {self.effort_unit}"
+
 
 def named_coordinates(joints: Iterable[Joint]) -> dict[str, NamedCoordinate]:
     """Return the coordinates of joints by name.

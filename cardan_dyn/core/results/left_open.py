@@ -87,7 +87,14 @@ class LeftOpen(NamedTuple):
 
 
 def _listed(opened: dict[str, str]) -> list[str]:
-    return [f"{name} ({parts})" if parts else name for name, parts in opened.items()]
+    """Return the names, those that are open alike before what is open of them."""
+    alike: dict[str, list[str]] = {}
+    for name, parts in opened.items():
+        alike.setdefault(parts, []).append(name)
+    return [
+        f"{', '.join(names)} ({parts})" if parts else ", ".join(names)
+        for parts, names in alike.items()
+    ]
 
 
 def named_components(flags: Array) -> str:

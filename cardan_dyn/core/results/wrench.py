@@ -13,6 +13,7 @@ from ...kit.arrays import Array
 from ...kit.checks import numbers, vector
 from ...kit.errors import ArgumentError, ModelError
 from ...kit.frozen import Hinting, Record, read_only
+from ...kit.quantities import amount
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -136,7 +137,7 @@ def _up_to(sizes: Array, unit: str) -> str:
     known = sizes[~np.isnan(sizes)]
     if sizes.size > known.size == 0:
         return "not known"
-    return f"up to {float(np.max(known, initial=0.0)):.4g} {unit}"
+    return f"up to {amount(float(np.max(known, initial=0.0)), unit)}"
 
 
 def lost(values: Array) -> str:
@@ -256,7 +257,8 @@ class JointWrench(Hinting):
         whole = together(force, moment, self._sweep.mechanism.characteristic_length)
         greatest = float(np.nanmax(np.abs(getattr(self, part)), initial=0.0))
         acts = greatest > 1e-9 * whole["N" if what == "force" else "N·m"]
-        return f" ({part} up to {greatest:.4g} unique)" if acts else ""
+        unit = "N" if what == "force" else "N·m"
+        return f" ({part} up to {amount(greatest, unit)} unique)" if acts else ""
 
     @property
     def magnitude(self) -> Magnitude:

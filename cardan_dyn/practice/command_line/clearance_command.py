@@ -13,6 +13,7 @@ import numpy as np
 from ...clearance import PinGeometry, Scan, scan
 from ...core.mechanics.exact import load
 from ...kit.errors import ArgumentError
+from ...kit.quantities import NONE, column, number
 from ...motion.clearance import drawing
 from ...motion.simulation.progress import INTERRUPTED
 from ...scene.usual_motion import default_scene
@@ -105,12 +106,35 @@ def run(directory: Path | None, as_json: bool, **options: Any) -> None:
 
 def print_scan(scanned: Scan) -> None:
     """Print joints by their peaks, what speaks against these, and what was not scanned."""
-    headings = (
-        "joint", "rigid\nN", "peak\nN", "least\nN", "at\n°", "ρ\n–", "τ\n–", "speed\nm/s",
-        "hits\n1/turn", "power\nW",
-    )  # fmt: skip
-    rows = [_cells(scanned[name]) for name in scanned.ranking]
-    title = f"Clearance at {scanned.speed:.6g} rad/s ({scanned.speed / _RAD_PER_S:.6g} 1/min)"
+    joints = [scanned[name] for name in scanned.ranking]
+    # Of joints that turn through at all, and of what strikes: what only brushes along its wall has
+    # a speed and a power, and strikes nothing.
+    worst = [joint.worst for joint in joints]
+    strikes = [item.strike_speed if item and item.strikes else math.nan for item in worst]
+    powers = [
+        joint.impact_power if item and joint.impacts else math.nan
+        for joint, item in zip(joints, worst, strict=True)
+    ]
+    forces = np.array([(joint.rigid_peak, joint.peak, joint.least) for joint in joints])
+    told, force = column(forces.ravel(), "N")
+    of_forces = np.reshape(told, forces.shape).T.tolist()
+    speeds, speed = column(strikes, "m/s", 3)
+    watts, power = column(powers, "W", 3)
+    columns = {
+        "joint": scanned.ranking,
+        **{f"{name}\n{force}": of_forces[k] for k, name in enumerate(("rigid", "peak", "least"))},
+        "at\n°": column([math.degrees(joint.peak_position) for joint in joints])[0],
+        "ρ\n–": [f"{item.turn_through:.2f}" if item else NONE for item in worst],
+        "τ\n–": [f"{item.tau:.2f}" if item else NONE for item in worst],
+        f"speed\n{speed}": speeds,
+        "hits\n1/turn": [
+            f"{joint.impacts_per_turn:g}" if item else NONE
+            for joint, item in zip(joints, worst, strict=True)
+        ],
+        f"power\n{power}": watts,
+    }
+    headings, rows = list(columns), list(zip(*columns.values(), strict=True))
+    title = f"Clearance at {number(scanned.speed / _RAD_PER_S, 6)} 1/min"
     caption = "peak: greatest force of all that is known; least: lower end of its interval"
     show(headings, rows, title=title, caption=caption)
     said = {name: (scanned[name].verdict, *scanned[name].doubts) for name in scanned.ranking}
@@ -121,28 +145,6 @@ def print_scan(scanned: Scan) -> None:
         say(line)
     for note in scanned.notes:
         say(note, "yellow")
-
-
-def _cells(joint: JointScan) -> list[str]:
-    """Return the row of a joint."""
-    forces = [_text(force, ".5g") for force in (joint.rigid_peak, joint.peak, joint.least)]
-    cells = [joint.name, *forces, _text(math.degrees(joint.peak_position), ".1f")]
-    if (worst := joint.worst) is None:
-        return [*cells, *["–"] * 5]
-    return [
-        *cells,
-        f"{worst.turn_through:.2f}",
-        f"{worst.tau:.2f}",
-        # What only brushes along its wall has a speed and a power, and strikes nothing.
-        _text(worst.strike_speed if worst.strikes else math.nan, ".3g"),
-        f"{joint.impacts_per_turn:g}",
-        _text(joint.impact_power if joint.impacts else math.nan, ".3g"),
-    ]
-
-
-def _text(value: float, form: str) -> str:
-    """Return a number as text, a dash if it is not known."""
-    return "–" if math.isnan(value) else format(value, form)
 
 
 def json_text(scanned: Scan) -> str:

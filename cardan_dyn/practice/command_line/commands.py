@@ -138,7 +138,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
 @options.drive
 @options.held
 @options.loads
-@options.speed("Speed of a drive that turns [rpm]; quasi-static without.")
+@options.speed("Speed of a drive that turns [1/min]; quasi-static without.")
 @options.gravity
 @options.repeated("--joint", "joints", "JOINT", "Draw only this joint")
 @click.option(
@@ -175,7 +175,7 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
 
 @main.command()
 @options.line
-@options.speed("Speed of the input shaft [rpm]; that of the file without.")
+@options.speed("Speed of the input shaft [1/min]; that of the file without.")
 @click.option(
     "--torque",
     "torque",
@@ -291,7 +291,7 @@ def driveline(
 
 @main.command()
 @options.source
-@options.speed("Speed of the drive [rpm].")
+@options.speed("Speed of the drive [1/min].")
 @click.option(
     "--clearance",
     "clearances",

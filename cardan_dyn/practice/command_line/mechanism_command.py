@@ -99,7 +99,7 @@ def _print_check(
         )
     if drives.held:
         texts = (
-            f"{name} {shown(mechanism, name, 'position', value, 4)}"
+            f"{name} {shown(mechanism, name, 'position', value)}"
             for name, value in drives.held.items()
         )
         say(f"held: {', '.join(texts)}")
@@ -161,7 +161,7 @@ def _ends(mechanism: Mechanism, item: Drive) -> tuple[str, str]:
     if item.range is None or item.turns:
         return "", ""
     low, high = (
-        shown(mechanism, item.name, "position", value, 4) if np.isfinite(value) else "no end"
+        shown(mechanism, item.name, "position", value) if np.isfinite(value) else "no end"
         for value in item.range
     )
     return low, high
@@ -171,7 +171,7 @@ def _near(mechanism: Mechanism, drives: Drives) -> str:
     """Return where some joints are; of balls and universal joints the numbers of a row."""
     places = list(drives.start.positions.items())[:4]
     return ", ".join(
-        f"{name} {shown(mechanism, name, 'position', float(value), 4)}"
+        f"{name} {shown(mechanism, name, 'position', float(value))}"
         if name in mechanism.drivable
         else f"{name} {as_text(np.atleast_1d(value))}"
         for name, value in places

@@ -15,10 +15,11 @@ from ...core.elements.described import described_elements
 from ...core.mechanics.exact import load
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.wrench import JointWrench
-from ...figures.wrenches import MARK, determined, known_part, values_of
+from ...figures.wrenches import MARK, determined, known_part, together, values_of
 from ...kit.arrays import NOTHING, Array
 from ...kit.checks import writing
 from ...kit.errors import ArgumentError, MissingExtraError, SimulationError
+from ...kit.quantities import column
 from ...motion.simulation.progress import INTERRUPTED
 from ...motion.simulation.trajectory import Trajectory
 from ...scene.scene import Scene
@@ -250,7 +251,7 @@ def _between(motion: UsualMotion, ends: tuple[str, str], samples: int) -> tuple[
         )
     of_drive = motion.scene.mechanism, drives[0], "position"
     low, high = (value_of(*of_drive, text, "--range") for text in ends)
-    said = f"{drives[0]} from {shown(*of_drive, low)} to {shown(*of_drive, high)}"
+    said = f"{drives[0]} from {shown(*of_drive, low, 6)} to {shown(*of_drive, high, 6)}"
     return np.linspace(low, high, samples), said
 
 
@@ -280,7 +281,7 @@ def _how_fast(motion: UsualMotion, rates: Mapping[str, float]) -> str:
     if not any(rates.values()):
         return "quasi-static"
     drive = motion.scene.mechanism, motion.scene.drives[0]
-    told = [shown(*drive, what, rate) for what, rate in rates.items() if rate or what == "speed"]
+    told = [shown(*drive, what, rate, 6) for what, rate in rates.items() if rate or what == "speed"]
     return f"at {', '.join(told)}"
 
 
@@ -288,10 +289,10 @@ def _say_what_acts(scene: Scene) -> None:
     """Print what holds and loads a scene, which may be that of a preset."""
     texts = []
     for name, value in scene.held.items():
-        texts.append(f"{name} held at {shown(scene.mechanism, name, 'position', value, 5)}")
+        texts.append(f"{name} held at {shown(scene.mechanism, name, 'position', value, 6)}")
     for name, effort in scene.loads.items():
         if name in scene.mechanism.drivable:
-            amount = shown(scene.mechanism, name, "effort", float(np.asarray(effort)), 5)
+            amount = shown(scene.mechanism, name, "effort", float(np.asarray(effort)), 6)
             texts.append(f"{amount} at {name}")
     if np.any(scene.gravity):
         texts.append(f"gravity {' '.join(f'{value:g}' for value in scene.gravity)} m/s²")
@@ -307,31 +308,48 @@ def _speeds(mechanism: Mechanism, pairs: tuple[str, ...], option: str) -> dict[s
 def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     """Print the greatest force and moment of every joint, and where they occur."""
     unit = over.partition("[")[2].rstrip("]")
-    rows, missing = [], np.zeros(len(places), dtype=bool)
-    has_parts = False
+    quantities = ("force", "moment", "torsion", "bending")
+    sizes: dict[str, list[float]] = {name: [] for name in quantities}
+    marks: dict[str, list[str]] = {name: [] for name in quantities}
+    found_at: dict[str, list[float]] = {name: [] for name in quantities}
+    missing = np.zeros(len(places), dtype=bool)
+    force, moment = (
+        max(
+            (np.nanmax(np.abs(getattr(swept[name], what)), initial=0.0) for name in swept.outputs),
+            default=0.0,
+        )
+        for what in ("force", "moment")
+    )
+    scale = together(force, moment, swept.mechanism.characteristic_length)
     for name in swept.outputs:
         wrench = swept[name]
-        cells = [name]
-        for quantity in ("force", "moment"):
-            told = known_part(wrench, quantity)
-            sizes = np.abs(values_of(wrench, told))
-            worst = _greatest(sizes)
-            missing |= np.isnan(values_of(wrench, quantity))
-            is_nothing = sizes[worst] < NOTHING
-            # What is but rounding has no place.
-            place = "–" if is_nothing else _number(places[worst])
-            part = "" if told == quantity or is_nothing else f" {told}"
-            has_parts |= bool(part)
-            cells += [f"{_number(sizes[worst])}{part}{_star(wrench, told)}", place]
-        for quantity in ("torsion", "bending"):
-            if wrench.has_axis:
-                values = values_of(wrench, quantity)
-                cells.append(_number(values[_greatest(np.abs(values))]) + _star(wrench, quantity))
+        for quantity in quantities:
+            if quantity in ("torsion", "bending"):
+                part = quantity if wrench.has_axis else ""
             else:
-                cells.append("–")
-        rows.append(cells)
-    at = f"at\n{unit}"
-    headings = "joint", "force\nN", at, "moment\nN·m", at, "torsion\nN·m", "bending\nN·m"
+                part = known_part(wrench, quantity)
+                missing |= np.isnan(values_of(wrench, quantity))
+            values = values_of(wrench, part) if part else np.full(len(places), np.nan)
+            worst = _greatest(np.abs(values))
+            acts = abs(values[worst]) > NOTHING * scale["N" if quantity == "force" else "N·m"]
+            # What is but rounding has no place.
+            found_at[quantity].append(float(places[worst]) if acts else np.nan)
+            size = values[worst] if part == "torsion" else abs(values[worst])
+            sizes[quantity].append(size if acts or np.isnan(size) else 0.0)
+            told = f" {part}" if acts and part and part != quantity else ""
+            marks[quantity].append(told + (_star(wrench, part) if part else ""))
+    has_parts = any(text.strip(MARK) for texts in marks.values() for text in texts)
+    columns: list[list[str]] = [list(swept.outputs)]
+    headings = ["joint"]
+    for quantity, unit_of in zip(quantities, ("N", "N·m", "N·m", "N·m"), strict=True):
+        texts, shown_unit = column(sizes[quantity], unit_of)
+        columns.append([text + mark for text, mark in zip(texts, marks[quantity], strict=True)])
+        headings.append(f"{quantity}\n{shown_unit}")
+        if quantity in ("force", "moment"):
+            texts, shown_unit = column(found_at[quantity], unit, 3)
+            columns.append(texts)
+            headings.append(f"at\n{shown_unit}")
+    rows = list(zip(*columns, strict=True))
     caption = (
         f"Greatest of {len(places)} values that the parent exerts on the child, and where: {over}."
     )
@@ -346,11 +364,12 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
     if singular:
         say(f"{singular[0].upper()}{singular[1:]}.", "yellow")
     efforts = np.asarray(swept.drive_effort).reshape(len(places), -1)
-    for column, name in enumerate(swept.drives):
-        values = efforts[:, column]
+    for index, name in enumerate(swept.drives):
+        values = efforts[:, index]
         values = values[~np.isnan(values)] if not np.isnan(values).all() else values
         unit = swept.mechanism.drivable[name].effort_unit
-        say(f"drive {name}: {_number(values.min())} to {_number(values.max())} {unit}")
+        (low, high), shown_unit = column([values.min(), values.max()], unit)
+        say(f"drive {name}: {low} to {high} {shown_unit}")
     residuals = {
         "loops": swept.loop_residual,
         "balance": swept.balance_residual,
@@ -369,7 +388,3 @@ def _star(wrench: JointWrench, quantity: str) -> str:
 def _greatest(sizes: Array) -> int:
     """Return where sizes are greatest, among those that are known if any is."""
     return int(np.argmax(np.where(np.isnan(sizes), -1.0, sizes)))
-
-
-def _number(value: float) -> str:
-    return f"{0.0 if abs(value) < NOTHING else value:.5g}"

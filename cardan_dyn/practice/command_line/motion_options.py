@@ -43,7 +43,7 @@ def _outputs(command: Any) -> Any:
 @click.option(
     "--speed",
     type=options.Quantities(),
-    help="Of the drive [rpm, slides: m/s]; quasi-static without.",
+    help="Of the drive [1/min, slides: m/s]; quasi-static without.",
 )
 @click.option(
     "--acceleration", type=options.Quantities(), help="Of the drive [rad/s², slides: m/s²]."
@@ -78,11 +78,11 @@ def sweep(
 )
 @options.repeated("--free", "free", "JOINT", "Joint whose motion is found, a sensible one without")
 @options.repeated(
-    "--drive", "drive", "JOINT=SPEED", "Joint that is driven at constant speed [rpm, slides: m/s]"
+    "--drive", "drive", "JOINT=SPEED", "Joint that is driven at constant speed [1/min, slides: m/s]"
 )
 @options.repeated("--at", "positions", "JOINT=VALUE", "Position at the start [°, slides: m]")
 @options.repeated(
-    "--initial", "speeds", "JOINT=SPEED", "Speed of a free joint at the start [rpm, slides: m/s]"
+    "--initial", "speeds", "JOINT=SPEED", "Speed of a free joint at the start [1/min, slides: m/s]"
 )
 @options.held
 @options.loads

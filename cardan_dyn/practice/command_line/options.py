@@ -143,7 +143,7 @@ def repeated(flag: str, name: str, metavar: str, text: str) -> Decorator:
 
 def speed(text: str, nargs: int = 1) -> Decorator:
     """Return the option of speeds of the drive [rad/s]; `text` is its help."""
-    return click.option("--speed", "speed", type=Quantity("speed", "rpm"), nargs=nargs, help=text)
+    return click.option("--speed", "speed", type=Quantity("speed", "1/min"), nargs=nargs, help=text)
 
 
 def written(flag: str, name: str, text: str, *suffixes: str, dash: bool = False) -> Decorator:

@@ -10,6 +10,7 @@ from ...core.mechanism.mechanism import Mechanism
 from ...kit import units
 from ...kit.arrays import NOTHING
 from ...kit.errors import ArgumentError
+from ...kit.quantities import amount
 from ...scene.usual_motion import slides
 
 
@@ -30,20 +31,20 @@ def assigned(pairs: Sequence[str], option: str, form: str = "JOINT=VALUE") -> di
 
 _KINDS = {
     "position": (("angle", "deg"), ("length", "m")),
-    "speed": (("speed", "rpm"), ("velocity", "m/s")),
+    "speed": (("speed", "1/min"), ("velocity", "m/s")),
     "acceleration": (("angular_acceleration", "rad/s²"), ("acceleration", "m/s²")),
     "effort": (("torque", "N·m"), ("force", "N")),
 }
 """What there is of a coordinate, to the dimension and the unit of a bare number: of one that turns,
 and of a slide."""
-_UNITS = {"deg": ("°", np.pi / 180.0), "rpm": (" rpm", np.pi / 30.0)}
+_UNITS = {"deg": ("°", np.pi / 180.0), "1/min": ("1/min", np.pi / 30.0)}
 """Units that are not of the SI, as they are printed, and their values in it."""
 
 
 def value_of(mechanism: Mechanism, joint: str, what: str, text: str, option: str) -> float:
     """Return position, speed, acceleration or effort of a coordinate, in SI units and radians.
 
-    A number without a unit is in degrees, rpm, rad/s² or N·m, of slides in SI units.
+    A number without a unit is in degrees, 1/min, rad/s² or N·m, of slides in SI units.
 
     Args:
         mechanism: whose coordinate it is.
@@ -59,12 +60,12 @@ def value_of(mechanism: Mechanism, joint: str, what: str, text: str, option: str
     return units.read(text, dimension, option, bare)
 
 
-def shown(mechanism: Mechanism, joint: str, what: str, value: float, digits: int = 6) -> str:
-    """Return what `value_of` reads as it is printed, in the unit of bare numbers."""
+def shown(mechanism: Mechanism, joint: str, what: str, value: float, digits: int = 4) -> str:
+    """Return what `value_of` reads as it is printed: angles in degrees, speeds in 1/min."""
     _, bare = _KINDS[what][slides(mechanism, joint)]
-    unit, size = _UNITS.get(bare, (f" {bare}", 1.0))
-    amount = value / size
-    return f"{0.0 if abs(amount) < NOTHING else amount:.{digits}g}{unit}"
+    unit, size = _UNITS.get(bare, (bare, 1.0))
+    turned = value / size
+    return amount(0.0 if abs(turned) < NOTHING else turned, unit, digits)
 
 
 def by_coordinate(

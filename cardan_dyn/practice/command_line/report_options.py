@@ -27,7 +27,7 @@ from .group import Command
 @click.option(
     "--speed",
     type=options.Quantities(),
-    help="Of a single drive [rpm, slides: m/s]; quasi-static without.",
+    help="Of a single drive [1/min, slides: m/s]; quasi-static without.",
 )
 @options.held
 @options.loads

@@ -209,7 +209,9 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
         raise ArgumentError(f"--mode {number} does not exist; modes: 1 to {count}")
     mode = number - 1
     hertz = found.frequency[0, mode] / (2.0 * np.pi)
-    title = f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {speed / _RAD_PER_S:.4g} rpm"
+    title = (
+        f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {speed / _RAD_PER_S:.4g} 1/min"
+    )
     swing = mode_sweep(scene, found.shape[0][:, mode])
     return view(swing, moments=False, forces=False, traces=False, duration=4.0, title=title)
 

@@ -26,7 +26,7 @@ from .showing import export, serve
 @options.held
 @options.loads
 @options.gravity
-@options.speed("Range of speeds [rpm]; by the natural frequencies without.", nargs=2)
+@options.speed("Range of speeds [1/min]; by the natural frequencies without.", nargs=2)
 @click.option(
     "--order",
     "orders",

@@ -19,6 +19,7 @@ from typing import NamedTuple
 from ...kit.arrays import NOTHING
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, choices
+from ...kit.quantities import prefix
 
 LANGUAGES = ("en", "de")
 UNITS = ("si", "imperial")
@@ -273,17 +274,28 @@ class Wording:
 
     def quantity(self, value: float, dimension: str, digits: int = DIGITS) -> str:
         """Return a quantity [SI units] with its unit, to significant digits."""
-        return self.with_unit(
-            self.number(value * self.measure(dimension).factor, digits), dimension
-        )
+        measure = self.measure(dimension)
+        shown = value * measure.factor
+        scale, unit = self._prefix(shown, measure.unit)
+        return self._followed(self.number(shown / scale, digits), unit)
 
     def given_quantity(self, value: float, dimension: str) -> str:
         """Return a quantity [SI units] that may be given, with its unit; see `given`."""
-        return self.with_unit(self.given(value, dimension, DIGITS), dimension)
+        measure = self.measure(dimension)
+        scale, unit = self._prefix(value * measure.factor, measure.unit)
+        return self._followed(self.given(value / scale, dimension, DIGITS), unit)
 
     def with_unit(self, number: str, dimension: str) -> str:
         """Return a number with the unit of a dimension, which no line break parts."""
-        unit = self.measure(dimension).unit
+        return self._followed(number, self.measure(dimension).unit)
+
+    @staticmethod
+    def _prefix(shown: float, unit: str) -> tuple[float, str]:
+        """Return what `prefix` does; what is nothing has none."""
+        return prefix(abs(shown), unit) if abs(shown) >= NOTHING else (1.0, unit)
+
+    @staticmethod
+    def _followed(number: str, unit: str) -> str:
         return number + (unit if unit == "°" else f"{SPACE}{unit}" if unit else "")
 
     def day(self, day: datetime.date) -> str:

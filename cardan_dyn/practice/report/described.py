@@ -10,8 +10,9 @@ import numpy as np
 from ...core.description.description import TWO_AXES, JointOrLoop
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import Array
+from ...kit.quantities import number
 from ...scene.mechanism_report import MechanismReport
-from .grids import Grid, number
+from .grids import Grid, place
 
 
 def fingerprint(mechanism: Mechanism) -> str:
@@ -198,10 +199,8 @@ def _remarks(mechanism: Mechanism, joint: JointOrLoop) -> Iterable[str]:
     limits, adjustable = getattr(joint, "limits", None), getattr(joint, "adjustable", "")
     if limits is not None and np.isfinite([limits.lower, limits.upper]).all():
         slides = joint.type == "prismatic"
-        low, high = (
-            (limits.lower, limits.upper) if slides else np.degrees([limits.lower, limits.upper])
-        )
-        yield f"limits {number(low, 4)} … {number(high, 4)} {'m' if slides else '°'}"
+        low, high = limits.lower, limits.upper
+        yield f"limits {place(low, slides)} … {place(high, slides)}"
     if adjustable:
         yield f"adjustable: {adjustable}"
 

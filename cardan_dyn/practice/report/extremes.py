@@ -70,7 +70,13 @@ class Extreme(NamedTuple):
     @property
     def size(self) -> float:
         """Greatest absolute value."""
-        return max(abs(self.greatest), abs(self.least))
+        return abs(self.ends[0][0])
+
+    @property
+    def ends(self) -> tuple[tuple[float, Array], tuple[float, Array]]:
+        """Both with their places: what is greatest in size, with its sign, and the other end."""
+        up, down = (self.greatest, self.greatest_at), (self.least, self.least_at)
+        return (up, down) if abs(up[0]) >= abs(down[0]) else (down, up)
 
     @property
     def settled(self) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..._version import __version__
 from ...core.elements.joint_elements import Actuator
+from ...core.elements.link_loads import Wrench
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.axes import in_fixed_axes
 from ...core.results.lost_digits import WELL, digits, near_singular, right
@@ -18,12 +19,13 @@ from ...core.results.table import Table, Variable
 from ...figures.orders import order_amplitudes
 from ...kit.arrays import NOTHING
 from ...kit.frozen import Frozen
+from ...kit.quantities import amount, column
 from ...scene.describe import describe
 from ...scene.mechanism_report import MechanismReport
 from .case import STANDING, Case
 from .described import fingerprint
-from .extremes import SIZES, Extreme, Extremes, extremes, quantities_of
-from .grids import number, place
+from .extremes import RIGHT, SIZES, Extreme, Extremes, extremes, quantities_of
+from .grids import place
 from .page import today
 
 _HIGHEST = 8
@@ -317,7 +319,7 @@ class Findings(Result, Frozen):
         if self.drives and not self._found.unknown:
             lines.append(f"Extremes of {self.covered}.")
         lines += [f"! {doubt}" for doubt in self.doubts]
-        acting = [item for item in self.extremes if item.acts]
+        acting = self.told
         width = max(len(item.quantity) for item in acting)
         owner = ""
         for item in acting:
@@ -325,11 +327,11 @@ class Findings(Result, Frozen):
                 owner = item.owner
                 lines.append(owner)
             mark = f"{' ' if item.settled else '?'}{' ' if item.determined else '*'}"
-            up, down = number(item.greatest), number(item.least)
-            first, last = self.at(item.greatest_at[:2]), self.at(item.least_at[:2])
-            between = f"{up:>{_WIDTH}} {item.unit}"
-            if len(item.greatest_at):
-                between += f" at {first}; {down} at {last}"
+            (most, first), (other, last) = item.ends
+            (shown, opposite), unit = column([most, other], item.unit)
+            between = f"{shown:>{_WIDTH}} {unit}"
+            if len(first):
+                between += f" at {self.at(first[:2])}; {opposite} at {self.at(last[:2])}"
             lines.append(f"{mark}{item.quantity.ljust(width)} {between}")
         if len(self.drives) > 1:
             lines.append("The page, and `places`, tell the positions of all drives at each place.")
@@ -339,6 +341,37 @@ class Findings(Result, Frozen):
             lines.append(f"* {self.left_open}")
         lines += [f"{name} {value:.1e}: {text}" for name, value, text in self.judgement]
         return "\n".join(lines)
+
+    @property
+    def told(self) -> list[Extreme]:
+        """The extremes of what acts, without forces and moments that a part of them tells."""
+        acting = [item for item in self.extremes if item.acts]
+        by_name = {(item.owner, item.quantity): item for item in acting}
+        found = []
+        for item in acting:
+            parts = [
+                by_name[item.owner, part]
+                for part in _PARTS.get(item.quantity, ())
+                if (item.owner, part) in by_name
+            ]
+            # What statics leaves open is told by its parts, of which it may determine some.
+            is_told = any(
+                part.determined > item.determined or abs(part.size - item.size) <= RIGHT * item.size
+                for part in parts
+            )
+            if not is_told:
+                found.append(item)
+        return found
+
+    @property
+    def headline(self) -> list[Extreme]:
+        """What a joint is sized by: of each quantity that statics determines the greatest."""
+        found: dict[str, Extreme] = {}
+        for item in self.told:
+            best = found.get(item.quantity)
+            if item.determined and (best is None or item.size > best.size):
+                found[item.quantity] = item
+        return list(found.values())
 
     @property
     def case_lines(self) -> list[str]:
@@ -351,13 +384,44 @@ class Findings(Result, Frozen):
             slides = sweep.mechanism.drivable[name].slides
             way = np.reshape(sweep.position, (len(sweep), -1))[:, index]
             low, high = place(float(way.min()), slides), place(float(way.max()), slides)
-            lines.append(f"{name} at {low}" if low == high else f"{name} {low} … {high}")
+            text = f"{name} at {low}" if low == high else f"{name} {low} … {high}"
+            speeds = np.reshape(sweep.speed, (len(sweep), -1))[:, index]
+            lines.append(f"{text} at {speed_text(speeds, slides)}" if np.any(speeds) else text)
         if len(self.drives) > 1:
             # Extremes are sought far beyond them.
             lines.append(f"at {len(sweep)} samples")
-        return lines or ["at rest"]
+        lines = lines or ["at rest"]
+        for name, load in sweep.loads.items():
+            if isinstance(load, Wrench):
+                sizes = (
+                    between(np.linalg.norm(np.atleast_2d(vector), axis=-1), unit)
+                    for vector, unit in ((load.force, "N"), (load.moment, "N·m"))
+                    if np.any(vector)
+                )
+                lines.append(f"{' and '.join(sizes) or 'nothing'} on {name}")
+            else:
+                unit = sweep.mechanism.drivable[name].effort_unit
+                lines.append(f"{between(np.ravel(np.asarray(load, dtype=float)), unit)} at {name}")
+        if np.any(sweep.gravity):
+            lines.append("gravity")
+        if sweep.elements:
+            lines.append(f"{len(sweep.elements)} element{'s' * (len(sweep.elements) > 1)}")
+        return lines
 
 
+def speed_text(values: np.ndarray, slides: bool) -> str:
+    """Return speeds of a drive [rad/s or m/s] as a text, of what turns in 1/min."""
+    return between(values if slides else values * 30.0 / np.pi, "m/s" if slides else "1/min")
+
+
+def between(values: np.ndarray, unit: str = "") -> str:
+    """Return a number that all values have, or their range, with its unit."""
+    low, high = float(values.min()), float(values.max())
+    return amount(low, unit) if low == high else f"{amount(low, unit)} … {amount(high, unit)}"
+
+
+_PARTS = {"force": ("axial", "shear"), "moment": ("torsion", "bending")}
+"""Quantities to the parts of them along and across the axis of a joint."""
 _PROVES = {
     "loop_residual": "loops, couplings, drives and held joints are closed",
     "balance_residual": "every body is in balance",

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...kit.arrays import ROUNDED
+from ...kit.quantities import amount, column, number
 
 
 @dataclass(frozen=True)
@@ -22,18 +23,30 @@ class Grid:
         name: of the file as which it is copied, without suffix.
         caption: what it shows.
         header: of the columns, with units in brackets.
-        rows: numbers and texts.
+        rows: numbers and texts, numbers in SI units.
+        unit: column with the unit of the other numbers of its row, which are shown with a prefix;
+            -1 where there is none.
     """
 
     name: str
     caption: str
     header: tuple[str, ...]
     rows: Sequence[tuple[Any, ...]]
+    unit: int = -1
 
     @property
     def shown(self) -> list[list[str]]:
-        """The cells as texts, numbers with six digits."""
-        return [[text_of(cell) for cell in row] for row in self.rows]
+        """The cells as texts, numbers of data with six digits, those of a row's unit with four."""
+        return [self._shown(row) for row in self.rows]
+
+    def _shown(self, row: Sequence[Any]) -> list[str]:
+        if self.unit < 0:
+            return [text_of(cell) for cell in row]
+        numbers, unit = column((cell for cell in row if isinstance(cell, float)), row[self.unit])
+        texts = iter(numbers)
+        cells = [next(texts) if isinstance(cell, float) else str(cell) for cell in row]
+        cells[self.unit] = unit
+        return cells
 
     @property
     def numeric(self) -> list[bool]:
@@ -61,22 +74,14 @@ class Grid:
 
 def text_of(cell: object) -> str:
     """Return a cell as text, numbers with six digits."""
-    if isinstance(cell, float):
-        return number(cell)
-    return str(cell)
-
-
-def number(value: float, digits: int = 6) -> str:
-    """Return a number with some digits; zero has no sign."""
-    return f"{value + 0.0:.{digits}g}" if np.isfinite(value) else "–"
+    return number(cell, 6) if isinstance(cell, float) else str(cell)
 
 
 def place(value: float, slides: bool) -> str:
-    """Return a position [rad or m] in degrees or millimetres, with its unit."""
+    """Return a position [rad or m] in degrees or with its unit."""
     if slides:
-        return f"{round(1e3 * value, 4) + 0.0:.7g} mm"
-    degrees = 0.0 if abs(value) < ROUNDED else float(np.degrees(value))
-    return f"{round(degrees, 3) + 0.0:.7g}°"
+        return amount(value, "m")
+    return amount(0.0 if abs(value) < ROUNDED else float(np.degrees(value)), "°")
 
 
 def stem_of(name: str) -> str:

@@ -15,13 +15,15 @@ from ...core.elements.link_loads import Wrench
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.sweep import Sweep
 from ...figures.style import axes_grid, line_style, require_matplotlib
-from ...kit.errors import CardanError
+from ...kit.errors import ArgumentError, CardanError
+from ...kit.quantities import amount, number
+from ..viewer.picture import picture
 from ..viewer.viewing import view
 from . import page
 from .described import described, mobility_grids, remarks_of
 from .extremes import RIGHT, Extreme
-from .findings import Findings
-from .grids import Grid, number, place, stem_of
+from .findings import Findings, between, speed_text
+from .grids import Grid, place, stem_of
 
 _MOST_DRAWN = 6
 """Joints of one figure: its lines and diagrams can still be told apart."""
@@ -52,6 +54,8 @@ def write(report: Findings, path: Path, with_scene: bool) -> Path:
     content: dict[str, Any] = {
         "stem": stem_of(report.mechanism.name),
         "summary": _summary(report),
+        "headline": _headline(report),
+        "drawing": _drawing(report),
         "warnings": _warnings(report),
         "case": _case(report),
         "said": report.said,
@@ -93,7 +97,7 @@ def write(report: Findings, path: Path, with_scene: bool) -> Path:
 
 
 def _summary(report: Findings) -> str:
-    """Return in a few sentences what there is and what was found."""
+    """Return in one line what there is, what moves it and what acts."""
     found = report.description
     text = (
         f"{report.mechanism.name}: {_count(len(report.mechanism.links), 'link')}, "
@@ -105,41 +109,23 @@ def _summary(report: Findings) -> str:
     text += f" {'Driven: ' * bool(report.drives)}{'; '.join(report.case_lines)}."
     if not report.acts:
         return f"{text} Nothing acts: there is no load, weight, inertia or element in this case."
-    ends = list(_greatest(report))
-    if report.doubts:
-        ends.append("there are doubts, see below")
-    return f"{text} {ends[0][0].upper()}{ends[0][1:]}{''.join(f'; {end}' for end in ends[1:])}."
-
-
-def _greatest(report: Findings) -> Iterator[str]:
-    """Yield the greatest force and moment: of what statics determines, if it determines any."""
-    acting = [item for item in report.extremes if item.acts]
-    wholes = {"force": ("force", "axial", "shear"), "moment": ("moment", "torsion", "bending")}
-    is_found = False
-    for what, names in wholes.items():
-        own = [item for item in acting if item.quantity in names]
-        known = [item for item in own if item.determined]
-        if not own:
-            continue
-        is_found = True
-        # Sizes that are equal but for rounding are told of the whole.
-        top = max(
-            known or own, key=lambda item: item.size * (1.0 + RIGHT * (item.quantity == what))
-        )
-        is_open = any(item.quantity == what and not item.determined for item in own)
-        # Parts of what is open may be known: in flat linkages what is across the axes of pins.
-        is_part = bool(known) and is_open
-        name = top.quantity if is_part or top.quantity == what else f"{what} ({top.quantity})"
-        text = f"the greatest {name}{' that statics determines' * is_part} is "
-        text += f"{number(top.size)} {top.unit} at {top.owner}"
-        yield text + ("" if top.determined else ", not determined by statics")
-    if not is_found:
+    if not any(item.quantity in _OF_WRENCHES for item in report.told):
         # As where a coupling passes on all that acts, or the outputs leave wrenches out.
         is_known = all(item.determined for item in report.extremes)
-        yield "joints carry nothing" if is_known else "what joints carry is not known"
-        if acting:
-            top = max(acting, key=lambda item: item.size)
-            yield f"the greatest {top.quantity} is {number(top.size)} {top.unit} at {top.owner}"
+        text += " Joints carry nothing." if is_known else " What joints carry is not known."
+    elif not report.headline:
+        text += " Statics determines nothing of what joints carry."
+    return f"{text} There are doubts, see below." if report.doubts else text
+
+
+def _headline(report: Findings) -> Grid | None:
+    """Return how big what joints are sized by is, and where."""
+    rows = []
+    for item in report.headline:
+        (most, place), _ = item.ends
+        rows.append((item.quantity, item.unit, most, item.owner, report.at(place)))
+    header = ("quantity", "unit", "greatest in size", "in", "at")
+    return Grid("headline", "What joints are sized by", header, rows, unit=1) if rows else None
 
 
 def _sentence(text: str) -> str:
@@ -174,15 +160,16 @@ def _case(report: Findings) -> list[tuple[str, str]]:
         )
         low, high = place(float(way.min()), slides), place(float(way.max()), slides)
         text = low if low == high else f"from {low} to {high}"
-        text += f", {_speed(speed, slides)}" if np.any(speed) else ", quasi-static"
+        text += f", {speed_text(speed, slides)}" if np.any(speed) else ", quasi-static"
         if np.any(acceleration):
-            text += f", acceleration {_between(acceleration, number)} {'m' if slides else 'rad'}/s²"
+            text += f", acceleration {between(acceleration, 'm/s²' if slides else 'rad/s²')}"
         rows.append((f"drive {name}", text))
     rows.append(("positions", str(len(sweep))))
     for name, value in sweep.held.items():
         slides = sweep.mechanism.drivable[name].slides
         every = np.ravel(np.asarray(value, dtype=float))
-        rows.append((f"held {name}", _between(every, lambda one, of=slides: place(one, of))))
+        low, high = place(float(every.min()), slides), place(float(every.max()), slides)
+        rows.append((f"held {name}", low if low == high else f"{low} … {high}"))
     gravity = np.reshape(sweep.gravity, (-1, 3))
     if not np.any(gravity):
         rows.append(("gravity", "none"))
@@ -197,22 +184,8 @@ def _case(report: Findings) -> list[tuple[str, str]]:
     )
     for name, factor in sweep.inertia.items():
         every = np.ravel(np.asarray(factor, dtype=float))
-        rows.append((f"inertia of {name}", f"{_between(every, number)} times"))
+        rows.append((f"inertia of {name}", f"{between(every)} times"))
     return rows
-
-
-def _speed(values: np.ndarray, slides: bool) -> str:
-    """Return speeds of a drive as a text."""
-    if slides:
-        return f"{_between(values, number)} m/s"
-    per_minute = _between(values * 30.0 / np.pi, number)
-    return f"{_between(values, number)} rad/s ({per_minute} 1/min)"
-
-
-def _between(values: np.ndarray, shown: Any) -> str:
-    """Return a number that all values have, or their range."""
-    low, high = float(values.min()), float(values.max())
-    return str(shown(low)) if low == high else f"{shown(low)} … {shown(high)}"
 
 
 def _acting(sweep: Sweep) -> Iterator[Grid]:
@@ -222,14 +195,14 @@ def _acting(sweep: Sweep) -> Iterator[Grid]:
         if isinstance(load, Wrench):
             for quantity, unit in (("force", "N"), ("moment", "N·m")):
                 vectors = np.reshape(getattr(load, quantity), (-1, 3))
-                listed = ", ".join(_between(vectors[:, i], number) for i in range(3))
+                listed = ", ".join(between(vectors[:, i]) for i in range(3))
                 rows.append((name, f"{quantity} on the link, {load.frame} axes", listed, unit))
             at = ", ".join(number(float(value)) for value in np.ravel(load.point))
             rows.append((name, "point of application, link axes", at, "m"))
         else:
             every = np.ravel(np.asarray(load, dtype=float))
             unit = sweep.mechanism.drivable[name].effort_unit
-            rows.append((name, "effort at the joint", _between(every, number), unit))
+            rows.append((name, "effort at the joint", between(every), unit))
     if rows:
         yield Grid("loads", "Loads", ("joint or link", "what", "value", "unit"), rows)
     if sweep.elements:
@@ -249,7 +222,7 @@ def _mobility(report: Findings) -> list[tuple[str, str]]:
         ("redundant equations", str(sum(item.self_stresses for item in found.components))),
         ("ranks around", found.place),
         ("loops are written as", found.notation),
-        ("characteristic length", f"{number(found.length)} m"),
+        ("characteristic length", amount(found.length, "m")),
     ]
 
 
@@ -289,7 +262,7 @@ def _extremes(report: Findings) -> dict[str, Any]:
     """Return the tables of extremes."""
     if not report.acts:
         return {}
-    acting = [item for item in report.extremes if item.acts]
+    acting = report.told
     wrenches = [item for item in acting if item.quantity in _OF_WRENCHES]
     others = [item for item in acting if item.quantity not in _OF_WRENCHES]
     zero: dict[str, list[str]] = {}
@@ -297,7 +270,7 @@ def _extremes(report: Findings) -> dict[str, Any]:
         if not item.acts and item.determined:
             zero.setdefault(item.owner, []).append(item.quantity)
     at = "place" if len(report.drives) > 1 else "at"
-    header = ("quantity", "unit", "greatest", at, "least", f"{at} ")
+    header = ("quantity", "unit", "greatest in size", at, "other end", f"{at} ")
     text = ""
     if report.drives:
         text = f"They are the extremes of {report.covered}"
@@ -307,9 +280,10 @@ def _extremes(report: Findings) -> dict[str, Any]:
     return {
         "wrenches": Grid(
             "extremes",
-            "Greatest and least, with the drive's position",
+            "Greatest in size and the other end of the range, with the drive's position",
             ("joint", *header),
             [_extreme(report, item) for item in wrenches],
+            unit=2,
         )
         if wrenches
         else None,
@@ -318,6 +292,7 @@ def _extremes(report: Findings) -> dict[str, Any]:
             "Efforts of drives, of what is held, of couplings and elements",
             ("of", *header),
             [_extreme(report, item) for item in others],
+            unit=2,
         )
         if others
         else None,
@@ -330,9 +305,9 @@ def _extremes(report: Findings) -> dict[str, Any]:
 
 def _extreme(report: Findings, item: Extreme) -> tuple[Any, ...]:
     mark = " *" * (not item.determined) + " ?" * (not item.settled)
-    up_at, down_at = (report.at(places, word="") for places in (item.greatest_at, item.least_at))
+    (most, first), (other, last) = item.ends
     what = (item.owner, f"{item.quantity}{mark}", item.unit)
-    return *what, item.greatest, up_at, item.least, down_at
+    return *what, most, report.at(first, word=""), other, report.at(last, word="")
 
 
 def _places(report: Findings) -> Grid | None:
@@ -377,6 +352,16 @@ def _proof_remarks(report: Findings) -> list[str]:
     if sweep.outputs and not report.left_open:
         found.append("All wrenches follow from the laws of motion alone.")
     return found
+
+
+def _drawing(report: Findings) -> tuple[str, str] | None:
+    """Return a picture of the mechanism and its caption; None if nothing of it can be drawn."""
+    if report.sweep is None:
+        return None
+    try:
+        return page.image(picture(report.sweep)), "Where it starts, with its drives and loads."
+    except ArgumentError:  # The outputs leave nothing to draw.
+        return None
 
 
 def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]:
@@ -443,10 +428,10 @@ def _order_parts(report: Findings) -> dict[str, Any]:
         "does not come back."
         if error > RIGHT
         else "",
-        "orders": Grid("orders", "Amplitudes by order", header, rows),
+        "orders": Grid("orders", "Amplitudes by order", header, rows, unit=2),
         "order_figure": (
             page.image(figure),
-            f"Orders of {name}, {quantity}, about a mean of {number(drawn[0][3])} {unit}.",
+            f"Orders of {name}, {quantity}, about a mean of {amount(drawn[0][3], unit)}.",
         ),
     }
 

@@ -306,6 +306,20 @@ class SobolIndices(NamedTuple):
     first_order_interval: dict[str, tuple[float, float]]
     total_interval: dict[str, tuple[float, float]]
 
+    def __str__(self) -> str:
+        width = max(map(len, ("parameter", *self.first_order)))
+        lines = [f"{'parameter':{width}}  {'first order':>22}  {'total':>22}"]
+        for name in self.first_order:
+            cells = (
+                f"{value[name]:6.3f} ({ends[name][0]:.3f} … {ends[name][1]:.3f})"
+                for value, ends in (
+                    (self.first_order, self.first_order_interval),
+                    (self.total, self.total_interval),
+                )
+            )
+            lines.append(f"{name:{width}}  {'  '.join(f'{cell:>22}' for cell in cells)}")
+        return "\n".join(lines)
+
 
 def sobol_indices(data: xarray.Dataset, name: str) -> SobolIndices:
     """Return what each parameter contributes to the variance of a result.

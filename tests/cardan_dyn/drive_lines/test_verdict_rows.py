@@ -69,7 +69,7 @@ def test_what_may_grow_passes_nothing_and_fails_anyway() -> None:
         (6e7, "Pa", "60 MPa"),
         (1.0186e-3, "kg m", "1019 g·mm"),
         (0.5, "1", "0.5"),
-        (12345.0, "N", "12345 N"),
+        (12345.0, "N", "12.35 kN"),
         (0.0, "N", "0 N"),
     ],
 )

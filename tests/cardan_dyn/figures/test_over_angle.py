@@ -45,7 +45,7 @@ def test_each_joint_is_a_line_in_each_quantity(joint_turn: cd.Sweep) -> None:
 def test_forces_are_in_newtons_over_any_joint(needle_turn: cd.Sweep) -> None:
     figure = figures.over_angle(needle_turn, "needle_pin", "shear", drive="rocker_bearing")
     (axes,) = figure.axes
-    assert axes.get_ylabel() == "shear [N]" and axes.get_xlabel() == "rocker_bearing [°]"
+    assert axes.get_ylabel() == "shear [kN]" and axes.get_xlabel() == "rocker_bearing [°]"
     (line,) = axes.get_lines()
     rocker = np.rad2deg(needle_turn.motion.position("rocker_bearing"))
     np.testing.assert_array_equal(line.get_xdata(), rocker)

@@ -9,6 +9,8 @@ from typing import NamedTuple
 from cardan_dyn.analytic.limits import Limit
 from cardan_dyn.analytic.rules import RULES
 
+from ....kit.quantities import amount
+
 PASS, FAIL, OPEN, STATED = "pass", "fail", "open", "stated"
 
 ROUNDING = 1e-9
@@ -181,11 +183,7 @@ def _noted(row: VerdictRow, text: str) -> VerdictRow:
 def as_text(value: float, unit: str) -> str:
     """Return a value of SI units in the unit that engineers use."""
     name, factor = _SHOWN.get(unit, (unit, 1.0))
-    shown = value * factor
-    digits = f"{shown:.4g}" if 1e-3 <= abs(shown) < 1e4 or not shown else f"{shown:.3g}"
-    if 1e4 <= abs(shown) < 1e7:
-        digits = f"{shown:.0f}"
-    return digits + (name if name == "°" else f" {name}" if name else "")
+    return amount(value * factor, name)
 
 
 def _text_or_none(value: float | None, unit: str) -> str:

@@ -246,7 +246,10 @@ const scaleRows = [
   { color: "#222222", text: lengthText, perMetre: 1, arrow: false },
   ...data.scales.map((item) => ({
     color: item.color, perMetre: item.per_metre, arrow: true,
-    kind: item.kind, text: (value) => withUnit(rounded(value), item.unit),
+    kind: item.kind, text: (value) => {
+      const told = prefixOf(value, item.unit);
+      return withUnit(rounded(value / told.scale), told.unit);
+    },
   })),
 ].map((row) => {
   const line = draw("svg", { width: 10, height: 10 }), text = make("span");

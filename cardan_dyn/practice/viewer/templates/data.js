@@ -73,6 +73,15 @@ function rounded(value) {
     0, (String(Math.abs(Number(value.toPrecision(4)))).split(".")[1] || "").length));
 }
 
+// By what numbers up to a size are divided to be short, and the unit of what comes out: kN, mm.
+const PREFIXES = { "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T" };
+function prefixOf(size, unit) {
+  if (!["N·m", "N", "m", "m/s"].includes(unit) || !(size > 0)) return { scale: 1, unit };
+  const power = 3 * Math.floor(Math.log10(Number(size.toPrecision(4))) / 3);
+  const within = Math.min(Math.max(power, -12), 12);
+  return { scale: 10 ** within, unit: PREFIXES[within] + unit };
+}
+
 // "12.3 N·m", "12.3°": no space before a degree sign.
 function withUnit(text, unit) {
   return unit === "°" ? text + unit : unit ? `${text} ${unit}` : text;

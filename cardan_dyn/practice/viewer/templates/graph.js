@@ -43,8 +43,9 @@ function drawGraphs(joint) {
   for (const unit of ["N·m", "N"]) {
     const drawn = merged(series.filter((item) => item.unit === unit && (item.least || item.most)));
     if (!drawn.length) continue;
-    if (course.values) host.append(graphOf(joint, unit, drawn));
-    host.append(tableOf(unit, drawn));
+    const told = prefixOf(Math.max(...drawn.map((item) => Math.max(-item.least, item.most))), unit);
+    if (course.values) host.append(graphOf(joint, told, drawn));
+    host.append(tableOf(unit, told, drawn));
   }
   if (!rows.length && joint.series.length) {
     host.append(make("p", {}, "This joint carries nothing."));
@@ -68,7 +69,7 @@ function nameOf(item) {
   return [item, ...item.others].map(({ name, unique }) => unique ? name : `${name} *`).join(", ");
 }
 
-function graphOf(joint, unit, drawn) {
+function graphOf(joint, { scale, unit }, drawn) {
   const wide = Math.max(host().clientWidth, 200), floor = HIGH - BOTTOM;
   const low = Math.min(0, ...drawn.map((item) => item.least));
   const high = Math.max(0, ...drawn.map((item) => item.most));
@@ -80,8 +81,8 @@ function graphOf(joint, unit, drawn) {
   const svg = draw("svg", { viewBox: `0 0 ${wide} ${HIGH}`, height: HIGH, role: "img",
     "aria-label": title });
   draw("path", { class: "frame", d: `M${LEFT} ${TOP}V${floor}H${wide - RIGHT}` }, svg);
-  for (const { value, text } of ticks(low, high, 5, unit)) {
-    draw("text", { x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, svg).textContent = text;
+  for (const { value, text } of ticks(low / scale, high / scale, 5, unit)) {
+    draw("text", { x: LEFT - 5, y: y(value * scale) + 4, "text-anchor": "end" }, svg).textContent = text;
     if (value === 0) draw("line", { class: "zero", x1: LEFT, x2: wide - RIGHT, y1: y(0), y2: y(0) }, svg);
   }
   const along = ticks(first, last, 5, course.unit);
@@ -139,18 +140,20 @@ function curveOf(values, x, y) {
   return points.length ? "M" + points.join("L") : "";
 }
 
-function tableOf(unit, drawn) {
+function tableOf(unit, told, drawn) {
   const body = make("tbody");
+  const greatest = Math.max(...drawn.map((item) => Math.max(-item.least, item.most)));
+  const decimals = decimalsOf(greatest / told.scale);
   for (const item of drawn) {
     const value = make("td"), swatch = make("i", { className: "swatch" });
     const name = make("th", { scope: "row", title: item.means }, swatch, nameOf(item));
-    const greatest = Math.max(-item.least, item.most), decimals = decimalsOf(greatest);
-    const range = `${written(item.least, decimals)} … ${written(item.most, decimals)}`;
+    const [least, most] = [item.least, item.most].map((end) => written(end / told.scale, decimals));
+    const range = `${least} … ${most}`;
     body.append(make("tr", {}, name, value, make("td", {}, course.values ? range : "")));
-    rows.push({ item, value, swatch, decimals });
+    rows.push({ item, value, swatch, decimals, scale: told.scale });
   }
   const head = make("tr", {}, make("th", { scope: "col" }, unit === "N" ? "Force" : "Moment"),
-    make("th", { scope: "col" }, unit), make("th", { scope: "col" }, course.values ? "range" : ""));
+    make("th", { scope: "col" }, told.unit), make("th", { scope: "col" }, course.values ? "range" : ""));
   return make("table", {}, make("thead", {}, head), body);
 }
 
@@ -168,8 +171,8 @@ function moveCursors() {
       }
     }
   }
-  for (const { item, value, decimals } of rows) {
-    value.textContent = written(valueAt(item.values, place), decimals);
+  for (const { item, value, decimals, scale } of rows) {
+    value.textContent = written(valueAt(item.values, place) / scale, decimals);
   }
 }
 

@@ -42,8 +42,8 @@ for (const joint of told.joints) {
       if (!greatest) continue;
       addLabel({
         joint, node: arrow, kind: "number", color: legend.color, root,
-        values, unit: series.unit, unique: series.unique,
-        decimals: Math.max(decimalsOf(greatest) - 1, 0), least: 0.004 * greatest,
+        values, ...toldUpTo(greatest, series.unit), unique: series.unique,
+        least: 0.004 * greatest,
       });
     }
   }
@@ -56,9 +56,15 @@ for (const row of loads) {
   const [least, most] = values ? extent(values) : [row.value, row.value];
   addLabel({
     joint: jointNamed(row.joint), node: arrow, kind: "load",
-    color: legend.color, values, value: row.value, unit: row.unit, unique: true,
-    decimals: Math.max(decimalsOf(Math.max(-least, most)) - 1, 0), least: 0,
+    color: legend.color, values, value: row.value, unique: true,
+    ...toldUpTo(Math.max(-least, most), row.unit), least: 0,
   });
+}
+
+// How numbers up to a greatest one are told beside arrows.
+function toldUpTo(greatest, unit) {
+  const told = prefixOf(greatest, unit);
+  return { ...told, decimals: Math.max(decimalsOf(greatest / told.scale) - 1, 0) };
 }
 
 // Boxes of the window in which no label may be: buttons and scales.
@@ -126,7 +132,7 @@ function isWanted(label) {
 
 function textOf(label) {
   if (label.kind === "name") return label.text;
-  const text = withUnit(written(label.now, label.decimals), label.unit);
+  const text = withUnit(written(label.now / label.scale, label.decimals), label.unit);
   if (label.kind === "load") return `load ${text}`;
   return label.unique ? text : `${text} *`;
 }

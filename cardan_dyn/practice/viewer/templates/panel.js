@@ -19,16 +19,19 @@ const stateRows = told.state.map((row) => {
   // Of many drives the first ones are told at once, and the others if someone asks.
   const late = row.kind === "drive" && ++drivesTold > MOST_DRIVES;
   byId(late ? "more-state" : "state").append(make("dt", {}, WORDS[row.kind]), text);
-  return { ...row, values, text, decimals: Math.max(decimalsOf(Math.max(-least, most)) - 1, 0) };
+  const inTurns = row.unit === "rad/s" ? { unit: "1/min", factor: 30 / Math.PI } : { factor: 1 };
+  const own = { ...row, values, text, ...inTurns };
+  const greatest = Math.max(-least, most) * own.factor, told = prefixOf(greatest, own.unit);
+  const decimals = Math.max(decimalsOf(greatest / told.scale) - 1, 0);
+  return { ...own, unit: told.unit, factor: own.factor / told.scale, decimals };
 });
 if (drivesTold > MOST_DRIVES) {
   byId("more").hidden = false;
   byId("more-title").textContent = `${drivesTold - MOST_DRIVES} more drives`;
 }
 function stateText(row, value) {
-  let text = row.values ? withUnit(written(value, row.decimals), row.unit)
-    : withUnit(rounded(value), row.unit);
-  if (row.unit === "rad/s") text += ` (${rounded(value * 30 / Math.PI)} rpm)`;
+  const shown = value * row.factor;
+  const text = withUnit(row.values ? written(shown, row.decimals) : rounded(shown), row.unit);
   return row.name && row.kind !== "speed" ? `${row.name} ${text}` : text;
 }
 function tellState(all) {

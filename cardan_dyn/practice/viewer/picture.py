@@ -1,0 +1,151 @@
+"""Picture: a scene at its first sample on paper, in parallel projection."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...core.results.sweep import Sweep
+from ...figures.style import SMALL, Axes, Figure, axes_grid
+from ...kit.arrays import Array
+from .commands import Drawing, DrawnObject, Pose, meshcat
+from .scenery import Parts, build
+from .shapes import capsule, prism, rod
+
+_EYE = np.array([0.55, -0.7, 0.45])
+"""Towards the eye where a mechanism is not flat: from the front, the right and above."""
+_FLAT = 0.05
+"""Part of the greatest extent up to which a mechanism is flat, and seen from straight ahead."""
+_SHADE = 0.45
+"""Share of its colour that a surface loses which is seen from the side."""
+_MOST_NAMES = 12
+"""Joints up to which their names are written."""
+_LINE, _WORD = 0.04, 0.16
+"""Height and width that a name takes of a drawing's extent."""
+
+
+def picture(sweep: Sweep) -> Figure:
+    """Draw the bodies, drives, loads and elements of a sweep at its first sample.
+
+    Raises:
+        MissingExtraError: Matplotlib or meshcat is not installed.
+        ArgumentError: the sweep's outputs leave nothing to draw.
+    """
+    named = len(sweep.outputs) <= _MOST_NAMES
+    parts = Parts(True, False, False, False, False, named, True, True)
+    scenery = build(sweep, sweep.outputs, parts, np.zeros(1, dtype=int))
+    right, up, eye = _axes_of_view(scenery.spread)
+    drawing = scenery.drawing
+    triangles, colors, layers = [], [], []
+    for item in drawing.objects:
+        corners = _corners(drawing, item)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        sizes = np.linalg.norm(normals, axis=1)
+        facing = np.abs(normals @ eye) / np.where(sizes > 0.0, sizes, 1.0)
+        color = np.array([item.color.red, item.color.green, item.color.blue])
+        light = 1.0 - _SHADE * (1.0 - facing)
+        alpha = np.full(len(corners), item.color.opacity)
+        triangles.append(corners)
+        colors.append(np.column_stack([light[:, None] * color, alpha]))
+        layers.append(np.full(len(corners), 1 + item.color.layer if item.color.on_top else 0))
+    every = np.concatenate(triangles)
+    # What is far first, so that what is near covers it.
+    order = np.lexsort([every.mean(axis=1) @ eye, np.concatenate(layers)])
+    from matplotlib.collections import PolyCollection
+
+    flat = np.stack([every @ right, every @ up], axis=-1)[order]
+    shades = np.concatenate(colors)[order]
+    extent = np.ptp(flat.reshape(-1, 2), axis=0)
+    height = min(max(6.0 * extent[1] / (extent[0] or 1.0), 2.0), 5.0)
+    figure, axes = axes_grid(size=(6.0, height))
+    # Edges in the colour of their faces close the seams between these; glass would show them.
+    edges = np.where(shades[:, 3:] < 1.0, 0.0, shades)
+    drawn = PolyCollection(list(flat), facecolors=shades.tolist(), edgecolors=edges.tolist())
+    drawn.set(linewidth=0.2, rasterized=True)
+    axes.add_collection(drawn)
+    places: dict[str, tuple[float, float]] = {}
+    for label in drawing.labels:
+        at = _placed(drawing, label.path)[:3, 3]
+        places[label.text] = float(at @ right), float(at @ up)
+    _write_names(axes, places, float(max(extent)))
+    axes.set_aspect("equal")
+    axes.autoscale()
+    axes.set_axis_off()
+    return figure
+
+
+def _write_names(axes: Axes, places: dict[str, tuple[float, float]], extent: float) -> None:
+    """Write names beside their places; those that would cover each other together."""
+    groups: list[tuple[tuple[float, float], list[str]]] = []
+    for name, (x, y) in places.items():
+        for at, names in groups:
+            if abs(y - at[1]) < _LINE * extent and abs(x - at[0]) < _WORD * extent:
+                names.append(name)
+                break
+        else:
+            groups.append(((x, y), [name]))
+    for at, names in groups:
+        axes.annotate(
+            ",\n".join(names), at, xytext=(5.0, 5.0), textcoords="offset points", fontsize=SMALL
+        )
+
+
+def _axes_of_view(spread: Sequence[float]) -> tuple[Array, Array, Array]:
+    """Return the axes to the right, upwards and towards the eye."""
+    least = int(np.argmin(spread))
+    world = np.eye(3)
+    if spread[least] < _FLAT * max(spread) < _FLAT * sum(spread) - spread[least]:
+        # Onto x and y, x and z, y and z, to the right and upwards.
+        first, second = (axis for axis in range(3) if axis != least)
+        return world[first], world[second], np.cross(world[first], world[second])
+    eye = _EYE / np.linalg.norm(_EYE)
+    right = np.cross(world[2], eye)
+    right /= np.linalg.norm(right)
+    return right, np.cross(eye, right), eye
+
+
+def _placed(drawing: Drawing, path: str) -> Array:
+    """Return where a node is at the first sample `(4, 4)`, within the nodes above it."""
+    placement, steps = np.eye(4), path.strip("/").split("/")
+    for count in range(1, len(steps) + 1):
+        pose = drawing.nodes.get("/" + "/".join(steps[:count]))
+        if pose is not None:
+            placement = placement @ _matrix(pose)
+    return placement
+
+
+def _matrix(pose: Pose) -> Array:
+    """Return a pose at the first sample `(4, 4)`."""
+    x, y, z, w = pose.quaternion[0]
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] = (np.eye(3) + 2.0 * w * skew + 2.0 * skew @ skew) * np.atleast_1d(pose.scale[0])
+    matrix[:3, 3] = pose.position[0]
+    return matrix
+
+
+def _corners(drawing: Drawing, item: DrawnObject) -> Array:
+    """Return the corners of an object's triangles `(n, 3, 3)` in the world [m]."""
+    vertices, faces = _surface(item.geometry)
+    placement = _placed(drawing, item.path)
+    if item.placement is not None:
+        placement = placement @ item.placement
+    points = vertices @ placement[:3, :3].T + placement[:3, 3]
+    return np.asarray(points[np.asarray(faces, dtype=int)])
+
+
+def _surface(geometry: Any) -> tuple[Array, Array]:
+    """Return the triangles of a geometry: vertices `(n, 3)` and faces `(m, 3)`."""
+    kinds = meshcat().geometry
+    if isinstance(geometry, kinds.Box):
+        x, y, z = 0.5 * np.asarray(geometry.lengths, dtype=float)
+        return prism(np.array([(-x, -y), (x, -y), (x, y), (-x, y)]), -z, z)
+    if isinstance(geometry, kinds.Cylinder):  # About y, as three.js has it.
+        half = 0.5 * float(geometry.height)
+        vertices, faces = rod(float(geometry.radiusTop), -half, half)
+        return vertices[:, [1, 2, 0]], faces
+    if isinstance(geometry, kinds.Sphere):
+        return capsule(float(geometry.radius), 0.0)
+    return np.asarray(geometry.vertices), np.asarray(geometry.faces)

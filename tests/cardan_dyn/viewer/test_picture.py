@@ -1,0 +1,44 @@
+"""Pictures: where a mechanism's bodies are on paper."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("meshcat")
+
+from cardan_dyn.practice.viewer.picture import picture
+
+
+def _corners(figure: object) -> np.ndarray:
+    (collection,) = figure.axes[0].collections  # type: ignore[attr-defined]
+    return np.concatenate([path.vertices for path in collection.get_paths()])
+
+
+def test_a_flat_linkage_is_seen_from_straight_ahead() -> None:
+    """Names stand beside the joints, x to the right and y upwards."""
+    sweep = cd.Scene(cd.load("four_bar"), drive="crank_bearing").sweep([0.7])
+    figure = picture(sweep)
+    places = {text.get_text(): text.xy for text in figure.axes[0].texts}
+    for name in ("rocker_pin", "rocker_bearing"):
+        np.testing.assert_allclose(places[name], sweep.origin(name)[0, :2], atol=0.03)
+    low, high = _corners(figure).min(axis=0), _corners(figure).max(axis=0)
+    assert np.all(low <= sweep.origin("crank_bearing")[0, :2])
+    assert np.all(high >= sweep.origin("rocker_pin")[0, :2])
+
+
+@pytest.mark.parametrize("name", ["universal_joint", "stewart_platform", "needle_drive"])
+def test_every_corner_is_on_paper(name: str) -> None:
+    mechanism = cd.load(name)
+    drives = cd.describe(mechanism).drives
+    scene = cd.Scene(mechanism, drive=drives.default, held=drives.held)
+    figure = picture(scene.sweep(np.zeros((1, len(drives.default)))))
+    axes = figure.axes[0]
+    corners = _corners(figure)
+    assert len(corners) > 100 and np.all(np.isfinite(corners))
+    for values, limits in zip(corners.T, (axes.get_xlim(), axes.get_ylim()), strict=True):
+        assert limits[0] <= values.min() and values.max() <= limits[1]
+    assert axes.get_aspect() == 1.0
