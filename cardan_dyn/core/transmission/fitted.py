@@ -1,132 +1,21 @@
-"""Fitted: both ways of a transmission as polynomials, within ranges, with their errors.
-
-In each range, coordinates are sums of products of Chebyshev polynomials, whose coefficients follow
-from samples at Chebyshev points and fall off geometrically, since no singular configuration lies in
-the range. Degrees are doubled until those left out are below the tolerance. A polynomial has no
-second solution: nothing can lead to another assembly mode.
-"""
+"""Fitted: both ways of a transmission as polynomials within ranges, with their errors."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.checks import file_path, mapping, positive, vector, writing
-from ...kit.errors import AccuracyError, ArgumentError, ModelError, choices
+from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import frozen
-from ..tape import Program, Scalar, Trace, derivatives
 from .maps import Maps
-from .way import SolvedWay, Way
-
-_FIRST_DEGREE = 8
-_MOST_SAMPLES = 100_000
-"""Samples from which polynomials are made: some seconds of sweeps."""
-_MEASURED = 1000
-"""Positions between the samples at which errors are measured."""
-
-
-class FitError(NamedTuple):
-    """How far polynomials are off: the greatest of what was measured between their samples.
-
-    Attributes:
-        position: of coordinates [rad or m].
-        jacobian: of their derivatives [1, m/rad, rad/m].
-    """
-
-    position: float
-    jacobian: float
-
-
-class FittedWay(Way):
-    """A way that polynomials go, within a range.
-
-    Attributes:
-        low, high: `(n,)` the range of the given side [rad or m].
-        program: from positions to what they lead to, and to all derivatives row by row.
-        error: how far it is off.
-    """
-
-    def __init__(
-        self, solved: SolvedWay, low: Array, high: Array, tolerance: float
-    ) -> None:
-        """Make the polynomials.
-
-        Args:
-            solved: what they stand for.
-            low, high: see the attributes.
-            tolerance: of coordinates [rad or m].
-
-        Raises:
-            AccuracyError: they do not reach it.
-            CardanError: the range cannot be reached everywhere.
-        """
-        super().__init__(solved.given, solved.found)
-        self.low, self.high = low, high
-        points = self._placed(np.random.default_rng(0).uniform(-1.0, 1.0, (_MEASURED, len(low))))
-        known = solved.at(points)
-        degrees, error = np.full(len(low), _FIRST_DEGREE), FitError(np.inf, np.inf)
-        while np.prod(degrees + 1) <= _MOST_SAMPLES:
-            coefficients = _coefficients(self._placed(_grid(degrees)), solved, degrees)
-            slow = _last(coefficients) > 0.5 * tolerance
-            if not np.any(slow):
-                kept = _without_small(coefficients, 0.5 * tolerance)
-                self.program = _traced(kept, self.low, self.high)
-                error = FitError(
-                    *(
-                        float(np.max(np.abs(one - other)))
-                        for one, other in zip(self.at(points), known, strict=True)
-                    )
-                )
-                if error.position <= tolerance:
-                    self.error = error
-                    return
-                slow[:] = True
-            degrees = np.where(slow, 2 * degrees, degrees)
-        reached = min(error.position, float(np.max(_last(coefficients))))
-        raise AccuracyError(
-            f"polynomials in {choices(self.given.names)} miss {choices(self.found.names)} by some "
-            f"{reached:.1e} where {_MOST_SAMPLES} samples would no longer suffice, and "
-            f"{tolerance:.1e} is asked for; give smaller ranges, farther from singular "
-            "configurations, or a greater tolerance",
-            residual=reached,
-            tolerance=tolerance,
-        )
-
-    def _placed(self, parts: Array) -> Array:
-        """Return positions in the range, from parts between -1 and 1."""
-        return 0.5 * (self.low + self.high) + 0.5 * (self.high - self.low) * parts
-
-    def at(self, position: Array) -> tuple[Array, Array]:
-        """See `Way.at`."""
-        outside = (position < self.low) | (position > self.high)
-        if np.any(outside):
-            *_, k = np.argwhere(outside)[0]
-            raise ArgumentError(
-                f"{self.given.names[k]} is {position[outside][0]:.12g}, outside of the range "
-                f"{self.low[k]:.12g} to {self.high[k]:.12g} that was fitted"
-            )
-        shape, count = position.shape, position.shape[-1]
-        if position.ndim == 1:
-            rows = self._of_one(np.ascontiguousarray(position))
-        else:
-            lanes = position.reshape(-1, count).T
-            rows = self.program.run_rows([lanes], lanes.shape[1])
-        values, jacobian = rows[:count].T, rows[count:].T
-        return values.reshape(shape), jacobian.reshape(*shape, count)
-
-    @cached_property
-    def _of_one(self) -> Callable[[Array], Array]:
-        return self.program.of_one()
-
-    def __getstate__(self) -> dict[str, object]:
-        # What is bound to the machine is made again where it is needed.
-        return {name: value for name, value in self.__dict__.items() if name != "_of_one"}
+from .polynomials import FitError, FittedWay
+from .printed import as_file
+from .way import SolvedWay
 
 
 class FittedTransmission(Maps):
@@ -190,10 +79,10 @@ class FittedTransmission(Maps):
         Raises:
             ArgumentError: no identifier, or the file cannot be written.
         """
-        from .printed import as_file
-
         target = file_path("path", path)
-        text = as_file(self.mechanism, name, {"joints_of": self._forward, "actuated_of": self._backward})
+        text = as_file(
+            self.mechanism, name, {"joints_of": self._forward, "actuated_of": self._backward}
+        )
         with writing(target) as part:
             part.write_text(text, encoding="utf-8")
         return target
@@ -240,73 +129,3 @@ def _range(way: SolvedWay, given: object) -> tuple[Array, Array]:
         rows.append(row)
     low, high = np.transpose(rows)
     return low, high
-
-
-def _grid(degrees: Array) -> Array:
-    """Return Chebyshev points `(d₁ + 1, ..., n)` of some degrees, between -1 and 1."""
-    axes = [np.cos(np.pi * np.arange(degree + 1) / degree) for degree in degrees]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-
-
-def _coefficients(points: Array, way: SolvedWay, degrees: Array) -> Array:
-    """Return the coefficients of Chebyshev polynomials `(d₁ + 1, ..., n)` through samples."""
-    from scipy.fft import dct  # Few scripts need it.
-
-    result, _ = way.at(points)
-    for axis, degree in enumerate(degrees):
-        result = dct(result, type=1, axis=axis) / degree
-        ends = np.moveaxis(result, axis, 0)
-        ends[[0, -1]] *= 0.5
-    return result
-
-
-def _last(coefficients: Array) -> Array:
-    """Return the greatest of the last quarter of coefficients along each axis."""
-    sizes, found = np.max(np.abs(coefficients), axis=-1), []
-    for axis in range(sizes.ndim):
-        rows = np.moveaxis(sizes, axis, 0)
-        found.append(np.max(rows[3 * len(rows) // 4 :]))
-    return np.array(found)
-
-
-def _without_small(coefficients: Array, most: float) -> Array:
-    """Return coefficients with zeros for the smallest, whose sum is at most some number."""
-    result = coefficients.reshape(-1, coefficients.shape[-1]).copy()
-    for column in result.T:
-        order = np.argsort(np.abs(column))
-        column[order[np.cumsum(np.abs(column[order])) <= most]] = 0.0
-    return result.reshape(coefficients.shape)
-
-
-def _traced(coefficients: Array, low: Array, high: Array) -> Program:
-    """Return the sum of polynomials with coefficients, and its derivatives, as a program."""
-    *sizes, count = coefficients.shape
-    with Trace() as trace:
-        given = [trace.input(f"x{k}", 0.0) for k in range(count)]
-        middle, half = (0.5 * (high + low)).tolist(), (0.5 * (high - low)).tolist()
-        every = [
-            _polynomials((x - at) * (1.0 / far), size)
-            for x, at, far, size in zip(given, middle, half, sizes, strict=True)
-        ]
-        outputs = [_sum(coefficients[..., k], every) for k in range(count)]
-        slopes = derivatives(outputs, given)
-        return Program(trace, [*outputs, *(item for row in slopes for item in row)], True)
-
-
-def _polynomials(x: Scalar, count: int) -> list[Scalar]:
-    """Return the first Chebyshev polynomials of a number."""
-    found: list[Scalar] = [1.0, x]
-    while len(found) < count:
-        found.append(2.0 * x * found[-1] - found[-2])
-    return found
-
-
-def _sum(coefficients: Array, every: Sequence[Sequence[Scalar]]) -> Scalar:
-    """Return the sum of products of polynomials, one of each row, times coefficients."""
-    if not every:
-        return float(coefficients)
-    result: Scalar = 0.0
-    for part, polynomial in zip(coefficients[::-1], every[0][::-1], strict=True):
-        if np.any(part):
-            result = result + _sum(part, every[1:]) * polynomial
-    return result

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from ..tape import as_c
+from .polynomials import FittedWay
 from .way import Side
-from .fitted import FittedWay
 
 
 def as_file(mechanism: str, name: str, ways: Mapping[str, FittedWay]) -> str:
@@ -27,7 +27,7 @@ def as_file(mechanism: str, name: str, ways: Mapping[str, FittedWay]) -> str:
     functions = [_function(f"{name}_{kind}", way) for kind, way in ways.items()]
     head = [line for kind, way in ways.items() for line in _told(f"{name}_{kind}", way)]
     title = f"Transmission of {mechanism}: polynomials, and their derivatives."
-    lines = [title, "", *head, "cc -std=c99 -O2 -c; no library is needed."]
+    lines = [title, "", *head, "It is compiled as C99 or later, and needs no library."]
     told = "\n".join(f"   {line}".rstrip() for line in lines).replace("*/", "* /").strip()
     return "\n".join([f"/* {told} */", "", *printed, *functions])
 

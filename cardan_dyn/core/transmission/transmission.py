@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...kit.arrays import Array
-from ...kit.checks import names
+from ...kit.checks import names, whole
 from ...kit.errors import MobilityError, choices
 from ..description.description import Limits
 from ..dynamics.problem_solver import ProblemSolver
@@ -23,7 +23,9 @@ from .way import Side, SolvedWay
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from .borders import Border
     from .fitted import FittedTransmission
+    from .reduced import ReducedTree
 
 
 class Transmission(Maps):
@@ -50,7 +52,8 @@ class Transmission(Maps):
         Args:
             solver: of the scene.
             start: the configuration in which it starts, positions by joints.
-            actuated, joints: see `Scene.transmission`.
+            actuated: see `Scene.transmission`.
+            joints: likewise.
         """
         problem = solver.problem
         given = {"actuated": actuated, "joints": joints}
@@ -61,32 +64,29 @@ class Transmission(Maps):
         moving = (*problem.independent, *problem.held)
         both = (*named["actuated"], *named["joints"])
         mechanism = with_named(problem.mechanism, (*moving, *both), moving)
-        sides = [
+        motors, moved = (
             _side(mechanism, role, every, not isinstance(given[role], str))
             for role, every in named.items()
-        ]
-        near, balls = near_positions(
-            mechanism, {name: value for name, value in start.items() if name not in problem.held}
         )
+        near, balls = near_positions(mechanism, start)
         drivable = mechanism.drivable
         outputs = tuple(dict.fromkeys(drivable[name].joint for name in both))
-        ways = [
-            SolvedWay(
-                *(one, other),
-                checked(
-                    mechanism,
-                    drive=one.names,
-                    held=problem.held,
-                    near={**near, **balls},
-                    outputs=outputs,
-                ),
-                one is sides[1],
+        of_actuated, of_joints = (
+            checked(
+                mechanism,
+                drive=side.names,
+                held=problem.held,
+                near={**near, **balls, **problem.held},
+                outputs=outputs,
             )
-            for one, other in (sides, sides[::-1])
-        ]
-        assert ways[0].solver.problem  # So that what does not decide the motion is refused here.
+            for side in (motors, moved)
+        )
+        forward = SolvedWay(motors, moved, of_actuated)
+        forward.solver  # noqa: B018: refuses what does not decide the motion.
         self._freeze(
-            _forward=ways[0], _backward=ways[1], _made_of=(solver, start, actuated, joints)
+            _forward=forward,
+            _backward=SolvedWay(moved, motors, of_joints, forward),
+            _made_of=(solver, start, actuated, joints),
         )
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -135,6 +135,51 @@ class Transmission(Maps):
             CardanError: as `joints_of`.
         """
         return self._forward.inertia(self._actuated(actuated))
+
+    def borders(self, start: ArrayLike, end: ArrayLike, *, samples: int = 129) -> list[Border]:
+        """Return where the transmission is singular on a straight line of actuated positions.
+
+        Those of the first kind are found to rounding, ends of reach to 1e-8 of the line. Places
+        where det J touches zero without passing through it, and pairs that lie between two samples,
+        are not found.
+
+        Args:
+            start: positions of the actuated coordinates [rad or m].
+            end: likewise.
+            samples: number of positions at which the line is looked at.
+
+        Returns:
+            The borders from start to end.
+
+        Raises:
+            ArgumentError: nothing of the line can be reached, or see `joints_of`.
+        """
+        from .borders import borders
+
+        side = self._forward.given
+        first, last = side.rows("start", start), side.rows("end", end)
+        return borders(self._forward, first, last, whole("samples", samples, 2))
+
+    def reduced(self, joints: ArrayLike | None = None) -> ReducedTree:
+        """Return the tree that is left without motors, rods and loops, with joints driven directly.
+
+        It keeps the links that the joints of the transmission, held and fixed ones carry, from the
+        root on. The inertia of all else along each joint becomes its armature.
+
+        Args:
+            joints: their positions at which it does [rad or m]; where the scene starts if None.
+
+        Raises:
+            ModelError: a joint is no joint of the tree, or a ball.
+            CardanError: as `actuated_of`.
+        """
+        from .reduced import ReducedTree
+
+        side = self._backward.given
+        return ReducedTree(
+            self._backward,
+            self._backward.start if joints is None else side.rows("joints", joints),
+        )
 
     def fitted(
         self,
@@ -204,7 +249,5 @@ def _side(mechanism: Mechanism, role: str, every: tuple[str, ...], listed: bool)
     slides = tuple(item.slides for item in drivable)
     units = np.where(slides, length, 1.0)
     joints = {joint.name: joint for joint in mechanism.description.joints}
-    limits = [
-        joints[item.joint].limits if item.joint in joints else Limits() for item in drivable
-    ]
+    limits = [joints[item.joint].limits if item.joint in joints else Limits() for item in drivable]
     return Side(role, every, listed or len(every) > 1, slides, units, tuple(limits))

@@ -10,10 +10,16 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.checks import numbers
-from ...kit.errors import ArgumentError, SingularConfigurationError, as_position, choices
+from ...kit.errors import (
+    ArgumentError,
+    AssemblyError,
+    SingularConfigurationError,
+    as_position,
+    choices,
+)
 from ..description.description import Limits
 from ..dynamics.problem_solver import ProblemSolver
-from ..kinematics.tolerances import SINGULAR_CONDITION
+from ..kinematics.tolerances import MOVES, SINGULAR_CONDITION
 from ..problem.problem import Problem
 from ..problem.samples import acting_on, targets_of
 from ..results.collect import sweep_of
@@ -83,6 +89,7 @@ class Way(ABC):
     """
 
     def __init__(self, given: Side, found: Side) -> None:
+        """Keep the sides."""
         self.given, self.found = given, found
 
     @abstractmethod
@@ -152,13 +159,16 @@ class SolvedWay(Way):
 
     Attributes:
         problem: of that scene.
-        leads_back: whether the found side is what moves the mechanism: then where it cannot, since
-            the given side passed a singular configuration of the other way, is refused.
+        forth: the way from the found side, where that is what moves the mechanism: then positions
+            are refused that it does not come back to, see `at`; None where the given side is.
     """
 
-    def __init__(self, given: Side, found: Side, problem: Problem, leads_back: bool) -> None:
+    def __init__(
+        self, given: Side, found: Side, problem: Problem, forth: SolvedWay | None = None
+    ) -> None:
+        """Keep the sides, a problem in which the given one drives, and the way forth."""
         super().__init__(given, found)
-        self.problem, self.leads_back = problem, leads_back
+        self.problem, self.forth = problem, forth
 
     @cached_property
     def solver(self) -> ProblemSolver:
@@ -189,31 +199,37 @@ class SolvedWay(Way):
             return sweep_of(self.solver, assembled, acting)
 
     def at(self, position: Array) -> tuple[Array, Array]:
-        """See `Way.at`."""
+        """See `Way.at`.
+
+        Loops that close are not enough where the found side moves the mechanism: between its start
+        and a position it may have to pass a singular configuration, and go another way from there.
+        """
         values, jacobian = self._solved(position)
-        if self.leads_back:
-            beyond = self._sense * np.linalg.slogdet(jacobian)[0] <= 0.0
-            if np.any(beyond):
-                at = as_position(position[beyond][0])
-                raise SingularConfigurationError(
-                    f"{choices(self.found.names)} cannot bring {choices(self.given.names)} to "
-                    f"{at}: a singular configuration lies on the way there, in which the former do "
-                    "not decide where the latter are; keep on this side of it "
-                    "(Transmission.borders), or let the scene start beyond it: near=",
-                    position=at,
-                    joints=self.given.names,
-                )
+        if self.forth is None:
+            return values, jacobian
+        cause, lost = None, np.zeros(position.shape[:-1], dtype=bool)
+        try:
+            again, _ = self.forth._solved(values)
+            lost = np.max(np.abs(again - position) / self.given.units, axis=-1) > MOVES
+        except (AssemblyError, SingularConfigurationError) as error:
+            cause = error
+            lost.flat[error.sample or 0] = True
+        if np.any(lost):
+            at = as_position(position[lost][0])
+            raise SingularConfigurationError(
+                f"{choices(self.found.names)} do not bring {choices(self.given.names)} from where "
+                f"the scene starts to {at}, although loops close there: they would pass a singular "
+                "configuration; keep on this side of it (Transmission.borders), or let the scene "
+                "start beyond it: near=",
+                position=at,
+                joints=self.given.names,
+            ) from cause
         return values, jacobian
 
     @cached_property
     def start(self) -> Array:
         """Positions of the given side `(n,)` where the scene starts."""
         return np.array([self.problem.near[name] for name in self.given.names])
-
-    @cached_property
-    def _sense(self) -> float:
-        """Sign of the determinant where the scene starts."""
-        return float(np.linalg.slogdet(self._solved(self.start)[1])[0])
 
     def _solved(self, position: Array) -> tuple[Array, Array]:
         """Return what `at` does, wherever it is."""
