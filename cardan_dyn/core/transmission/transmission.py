@@ -81,8 +81,7 @@ class Transmission(Maps):
             )
             for side in (motors, moved)
         )
-        forward = SolvedWay(motors, moved, of_actuated)
-        forward.solver  # noqa: B018: refuses what does not decide the motion.
+        forward = SolvedWay(motors, moved, of_actuated).made()
         self._freeze(
             _forward=forward,
             _backward=SolvedWay(moved, motors, of_joints, forward),

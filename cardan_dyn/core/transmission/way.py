@@ -179,6 +179,11 @@ class SolvedWay(Way):
         """
         return ProblemSolver(self.problem)
 
+    def made(self) -> SolvedWay:
+        """Return it with its solver, so that what does not decide the motion is refused."""
+        assert self.solver.problem is self.problem
+        return self
+
     def sweep(
         self,
         position: Array,
