@@ -196,7 +196,7 @@ def test_polynomials_of_the_ankle(ankle: cd.Transmission, fitted: cd.FittedTrans
         fitted.joints_of([[0.1, 0.2], [0.1, 0.41]])
 
 
-Called = Callable[[str, Array], tuple[int, Array, Array]]
+Called = Callable[..., tuple[int, Array, Array]]
 
 
 def compiled(source: Path, count: int) -> Called:
@@ -206,10 +206,13 @@ def compiled(source: Path, count: int) -> Called:
     subprocess.run([*command, "-shared", "-fPIC", source, "-o", library], check=True)
     functions = ctypes.CDLL(str(library))
 
-    def call(name: str, at: Array) -> tuple[int, Array, Array]:
+    def call(name: str, at: Array, alone: bool = False) -> tuple[int, Array, Array]:
         given = np.ascontiguousarray(at, dtype=float)
         found, jacobian = np.full(count, np.nan), np.full((count, count), np.nan)
-        pointers = [ctypes.c_void_p(item.ctypes.data) for item in (given, found, jacobian)]
+        written = [item.ctypes.data for item in (given, found, jacobian)]
+        if alone:
+            written[-1] = 0
+        pointers = map(ctypes.c_void_p, written)
         return getattr(functions, name)(*pointers), found, jacobian
 
     return call
@@ -229,6 +232,9 @@ def test_ankle_in_c(ankle: cd.Transmission, fitted: cd.FittedTransmission, tmp_p
             status, position, _ = call(f"ankle_{name}", row)
             assert not status
             assert position == pytest.approx(values, abs=1e-12)
+            status, again, nothing = call(f"ankle_{name}", row, alone=True)
+            assert not status
+            assert np.array_equal(again, position) and np.all(np.isnan(nothing))
     for row in RANDOM.uniform(-0.4, 0.4, (30, 2)):
         _, _, jacobian = call("ankle_joints_of", row)
         assert jacobian == pytest.approx(
@@ -264,8 +270,10 @@ def test_polynomials_that_do_not_reach_their_tolerance(ankle: cd.Transmission) -
     with pytest.raises(cd.AccuracyError, match="give smaller ranges") as caught:
         ankle.fitted(tolerance=1e-17)
     assert 1e-17 < caught.value.residual < 1e-13
-    with pytest.raises(cd.AssemblyError):
+    with pytest.raises(cd.AssemblyError, match="positions in the ranges of left_motor, right_mo"):
         ankle.fitted({"left_motor": (-1.0, 1.0)})
+    with pytest.raises(cd.SingularConfigurationError, match="positions in the ranges of pitch, r"):
+        ankle.fitted(joints={"pitch": (-0.3, 1.5), "roll": (0.0, 0.9)})
     scene = cd.Scene(cd.load(transmissions.hexapod()), drive=LEGS)
     near = dict.fromkeys(LEGS, (-0.01, 0.01))
     pose = {f"pose.{name}": (-0.01, 0.01) for name in ("x", "y", "z")}

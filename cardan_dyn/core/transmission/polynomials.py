@@ -15,7 +15,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kit.arrays import Array
-from ...kit.errors import AccuracyError, ArgumentError, choices
+from ...kit.errors import (
+    AccuracyError,
+    ArgumentError,
+    AssemblyError,
+    SingularConfigurationError,
+    choices,
+)
 from ..tape import Program, Scalar, Trace, derivatives
 from .way import SolvedWay, Way
 
@@ -46,6 +52,7 @@ class FittedWay(Way):
     Attributes:
         low, high: `(n,)` the range of the given side [rad or m].
         program: from positions to what they lead to, and to all derivatives row by row.
+        values: the same without derivatives.
         error: how far it is off.
     """
 
@@ -60,12 +67,19 @@ class FittedWay(Way):
 
         Raises:
             AccuracyError: they do not reach it.
-            CardanError: the range cannot be reached everywhere.
+            AssemblyError, SingularConfigurationError: a position of the range is out of reach.
         """
         super().__init__(solved.given, solved.found)
         self.low, self.high = low, high
         points = self._placed(np.random.default_rng(0).uniform(-1.0, 1.0, (_MEASURED, len(low))))
-        known = solved.at(points)
+        try:
+            known = solved.at(points)
+        except (AssemblyError, SingularConfigurationError) as error:
+            raise type(error)(
+                f"positions in the ranges of {choices(self.given.names)} are out of reach, such as "
+                f"{error.position}; give smaller ranges: Transmission.borders tells where they end",
+                position=error.position,
+            ) from error
         most = int(_MOST_SAMPLES ** (1.0 / len(low))) - 1
         degrees, reached = np.full(len(low), max(1, min(_FIRST_DEGREE, most))), np.inf
         while np.prod(degrees + 1) <= _MOST_SAMPLES:
@@ -76,7 +90,7 @@ class FittedWay(Way):
                 kept = _without_small(coefficients, 0.5 * tolerance)
                 if np.count_nonzero(kept) > _MOST_TERMS:
                     break
-                self.program = _traced(kept, self.low, self.high)
+                self.program, self.values = _traced(kept, self.low, self.high)
                 found = zip(self.at(points), known, strict=True)
                 self.error = FitError(*(float(np.max(np.abs(a - b))) for a, b in found))
                 if self.error.position <= tolerance:
@@ -158,19 +172,20 @@ def _without_small(coefficients: Array, most: float) -> Array:
     return result.reshape(coefficients.shape)
 
 
-def _traced(coefficients: Array, low: Array, high: Array) -> Program:
-    """Return the sum of polynomials with coefficients, and its derivatives, as a program."""
+def _traced(coefficients: Array, low: Array, high: Array) -> tuple[Program, Program]:
+    """Return sums of polynomials with their derivatives as a program, and without them."""
     *sizes, count = coefficients.shape
     with Trace() as trace:
         given = [trace.input(f"x{k}", 0.0) for k in range(count)]
         middle, half = (0.5 * (high + low)).tolist(), (0.5 * (high - low)).tolist()
-        every = [
+        polynomials = [
             _polynomials((x - at) * (1.0 / far), size)
             for x, at, far, size in zip(given, middle, half, sizes, strict=True)
         ]
-        outputs = [_sum(coefficients[..., k], every) for k in range(count)]
+        outputs = [_sum(coefficients[..., k], polynomials) for k in range(count)]
         slopes = derivatives(outputs, given)
-        return Program(trace, [*outputs, *(item for row in slopes for item in row)], True)
+        every = [*outputs, *(item for row in slopes for item in row)]
+        return Program(trace, every, keeps_inputs=True), Program(trace, outputs, keeps_inputs=True)
 
 
 def _polynomials(x: Scalar, count: int) -> list[Scalar]:

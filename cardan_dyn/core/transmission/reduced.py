@@ -66,7 +66,7 @@ class ReducedTree(Frozen):
         """
         problem, names = way.problem, way.given.names
         mechanism, drivable = problem.mechanism, problem.mechanism.drivable
-        description = mechanism.base.description
+        description = mechanism.description
         moving = {drivable[name].joint for name in names}
         kept = _kept(description, moving | {drivable[name].joint for name in problem.held})
         links = [link for link in description.links if link.name in kept]

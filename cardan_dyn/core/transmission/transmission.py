@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -35,6 +35,16 @@ class Transmission(Maps):
     along the straight line of actuated coordinates, joints along that of joints. Loads, gravity and
     elements of the scene play no part. `fitted` makes functions of it that take a microsecond.
     """
+
+    _meant: ClassVar[Mapping[str, str]] = {
+        "forward fk forward_kinematics to_joints": "transmission.joints_of(actuated)",
+        "inverse ik inverse_kinematics to_motors motors_of": "transmission.actuated_of(joints)",
+        "limits polygon": "transmission.speed_limits(actuated), effort_limits(actuated)",
+        "condition singularities": "transmission.singular_values(actuated), borders(start, end)",
+        "armature": "transmission.reduced().armature",
+        "inertia mass_matrix": "transmission.reflected_inertia(actuated)",
+        "fit compile": "transmission.fitted(), transmission.write_c(path)",
+    }
 
     _forward: SolvedWay
     _backward: SolvedWay
