@@ -273,7 +273,7 @@ def test_polynomials_that_do_not_reach_their_tolerance(ankle: cd.Transmission) -
     with pytest.raises(cd.AssemblyError, match="positions in the ranges of left_motor, right_mo"):
         ankle.fitted({"left_motor": (-1.0, 1.0)})
     with pytest.raises(cd.SingularConfigurationError, match="positions in the ranges of pitch, r"):
-        ankle.fitted(joints={"pitch": (-0.3, 1.5), "roll": (0.0, 0.9)})
+        ankle.fitted(joints={"pitch": (-0.3, 0.9), "roll": (0.0, 0.1)})
     scene = cd.Scene(cd.load(transmissions.hexapod()), drive=LEGS)
     near = dict.fromkeys(LEGS, (-0.01, 0.01))
     pose = {f"pose.{name}": (-0.01, 0.01) for name in ("x", "y", "z")}
@@ -443,6 +443,82 @@ def test_other_assembly_modes_and_starts() -> None:
         start = maps.joints_of(at).position
         assert start == pytest.approx(scene.configuration()["rocker_bearing"], abs=1e-13)
         assert maps.actuated_of(start).position == pytest.approx(at, abs=1e-12)
+
+
+def test_a_leg_of_a_floating_robot() -> None:
+    mechanism = cd.load(transmissions.ankle_on_a_base())
+    base = {"base": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]}
+    joints = foot(5)
+    motors = np.stack(transmissions.ankle_motors(*joints.T), axis=-1)
+    for held in base, {**base, "length": 0.07}:
+        scene = cd.Scene(mechanism, drive=MOTORS, held=held)
+        maps = scene.transmission(MOTORS, FOOT)
+        assert maps.actuated_of(joints).position == pytest.approx(motors, abs=1e-13)
+        tree, left = maps.reduced(), maps.reduced().left_out(joints)
+        whole, alone = (
+            cd.Scene(item, drive=FOOT, held=held).sweep(joints, acceleration=1.0).drive_effort
+            for item in (mechanism, tree.mechanism)
+        )
+        assert whole - alone == pytest.approx(left.inertia.sum(axis=-1), abs=1e-15)
+    with pytest.raises(cd.MobilityError, match="8 decide where the mechanism is; name as many"):
+        cd.Scene(mechanism, drive=["base", *MOTORS]).transmission(MOTORS, FOOT)
+    # Or what floats is on both sides.
+    maps = cd.Scene(mechanism, free=["base", *MOTORS]).transmission(
+        ["base", *MOTORS], ["base", *FOOT]
+    )
+    at = np.array([0.1, 0.2, 0.3, 0.1, 0.2, 0.3])
+    found = maps.actuated_of(np.concatenate([at, joints[0]]))
+    assert found.position == pytest.approx(np.concatenate([at, motors[0]]), abs=1e-13)
+
+
+def test_an_ankle_in_one_joint(ankle: cd.Transmission) -> None:
+    scene = cd.Scene(cd.load(transmissions.ankle_in_one_joint()), drive=MOTORS)
+    maps = scene.transmission(MOTORS, "both")
+    assert maps.joints == ("both.turn_1", "both.turn_2")
+    joints = foot(5)
+    assert maps.actuated_of(joints).position == pytest.approx(
+        ankle.actuated_of(joints).position, abs=1e-13
+    )
+    one, two = ankle.reduced().armature, maps.reduced().armature
+    assert list(one.values()) == pytest.approx(list(two.values()), rel=1e-13)
+    (joint,) = maps.reduced().mechanism.description.joints
+    assert joint.armature == pytest.approx(tuple(two.values()))
+
+
+def test_what_pinocchio_loaded(ankle: cd.Transmission) -> None:
+    first = cd.load(transmissions.ankle())
+    mechanism = cd.from_pinocchio(first.model, first.constraint_models)
+    scene = cd.Scene(mechanism, drive=MOTORS, gravity=(0.0, 0.0, -9.81))
+    maps, joints = scene.transmission(MOTORS, FOOT), foot(5)
+    assert maps.actuated_of(joints).position == pytest.approx(
+        ankle.actuated_of(joints).position, abs=1e-12
+    )
+
+
+def test_polynomials_of_linear_maps() -> None:
+    motors = ["motor_1", "motor_2"]
+    scene = cd.Scene(cd.load(transmissions.differential()), drive=motors)
+    maps = scene.transmission(motors, FOOT)
+    ranges = dict.fromkeys(motors, (-3.0, 2.0)), dict.fromkeys(FOOT, (-1.0, 1.0))
+    fit = maps.fitted(*ranges)
+    assert fit.jacobian([[1.0, 2.0], [0.0, 0.0]]) == pytest.approx(maps.jacobian(np.eye(2)))
+    assert fit.ranges["motor_1"] == (-3.0, 2.0)
+    assert maps.reduced().armature == pytest.approx({"pitch": 4e-4, "roll": 2 * 1.5**2 * 2e-4})
+    same = scene.transmission(motors, motors[::-1]).fitted(ranges[0], ranges[0])
+    assert np.array_equal(same.jacobian([1.0, 1.0]).round(12), [[0.0, 1.0], [1.0, 0.0]])
+
+
+def test_polynomials_of_three_motors() -> None:
+    driven, held = LEGS[::2], dict.fromkeys(LEGS[1::2], 0.0)
+    scene = cd.Scene(cd.load(transmissions.hexapod()), drive=driven, held=held)
+    pose = ["pose.z", "pose.turn_x", "pose.turn_y"]
+    maps = scene.transmission(driven, pose)
+    fit = maps.fitted(dict.fromkeys(driven, (-0.03, 0.03)), dict.fromkeys(pose, (-0.01, 0.01)))
+    legs, joints = RANDOM.uniform(-0.03, 0.03, (50, 3)), RANDOM.uniform(-0.01, 0.01, (50, 3))
+    assert fit.joints_of(legs).position == pytest.approx(maps.joints_of(legs).position, abs=1e-12)
+    assert fit.actuated_of(joints).position == pytest.approx(
+        maps.actuated_of(joints).position, abs=1e-12
+    )
 
 
 def test_copies_and_pickles(ankle: cd.Transmission) -> None:

@@ -72,14 +72,7 @@ class FittedWay(Way):
         super().__init__(solved.given, solved.found)
         self.low, self.high = low, high
         points = self._placed(np.random.default_rng(0).uniform(-1.0, 1.0, (_MEASURED, len(low))))
-        try:
-            known = solved.at(points)
-        except (AssemblyError, SingularConfigurationError) as error:
-            raise type(error)(
-                f"positions in the ranges of {choices(self.given.names)} are out of reach, such as "
-                f"{error.position}; give smaller ranges: Transmission.borders tells where they end",
-                position=error.position,
-            ) from error
+        known = _looked(solved, points)
         most = int(_MOST_SAMPLES ** (1.0 / len(low))) - 1
         degrees, reached = np.full(len(low), max(1, min(_FIRST_DEGREE, most))), np.inf
         while np.prod(degrees + 1) <= _MOST_SAMPLES:
@@ -146,12 +139,24 @@ def _coefficients(points: Array, way: SolvedWay, degrees: Array) -> Array:
     """Return the coefficients of Chebyshev polynomials `(d₁ + 1, ..., n)` through samples."""
     from scipy.fft import dct  # Few scripts need it.
 
-    result, _ = way.at(points)
+    result, _ = _looked(way, points)
     for axis, degree in enumerate(degrees):
         result = dct(result, type=1, axis=axis) / degree
         ends = np.moveaxis(result, axis, 0)
         ends[[0, -1]] *= 0.5
     return result
+
+
+def _looked(way: SolvedWay, points: Array) -> tuple[Array, Array]:
+    """Return what a way finds at positions of a range; see `FittedWay` for errors."""
+    try:
+        return way.at(points)
+    except (AssemblyError, SingularConfigurationError) as error:
+        raise type(error)(
+            f"positions in the ranges of {choices(way.given.names)} are out of reach, such as "
+            f"{error.position}; give smaller ranges: Transmission.borders tells where they end",
+            position=error.position,
+        ) from error
 
 
 def _last(coefficients: Array) -> Array:

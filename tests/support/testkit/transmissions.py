@@ -44,6 +44,26 @@ def ankle() -> str:
   <limit lower="-0.2" upper="0.2" velocity="20" effort="100"/></joint>{"".join(parts)}</robot>"""
 
 
+def ankle_in_one_joint() -> str:
+    """The same with pitch and roll as a universal joint, whose cross has no mass."""
+    text = ankle()
+    cross, rest = text.index('<link name="cross">'), text.index('<link name="foot">')
+    joints, end = text.index('<joint name="pitch"'), text.index('<link name="left_crank')
+    joint = """<joint name="both" type="universal"><parent link="shin"/><child link="foot"/>
+<axis xyz="0 1 0"/><axis2 xyz="1 0 0"/></joint>"""
+    return text[:cross] + text[rest:joints] + joint + text[end:]
+
+
+def ankle_on_a_base() -> str:
+    """The same on a shin that floats, which a fixed joint of adjustable length carries."""
+    base = """<link name="world"/><link name="knee"><inertial><mass value="3"/>
+<inertia ixx="0.02" iyy="0.02" izz="0.01"/></inertial></link><link name="shin"/>
+<joint name="base" type="floating"><parent link="world"/><child link="knee"/></joint>
+<joint name="length" type="fixed" adjustable="prismatic"><parent link="knee"/><child link="shin"/>
+<axis xyz="0 0 1"/></joint>"""
+    return ankle().replace('<link name="shin"/>', base)
+
+
 def ankle_motors(pitch: Any, roll: Any, use: Any = np) -> list[Any]:
     """Angles of the ankle's motors, by hand: |foot's ball - crank's ball| is the rod's length.
 
