@@ -8,6 +8,7 @@ import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -413,9 +414,14 @@ def test_bundled_mechanisms(name: str) -> None:
         and np.min(np.abs(motion.ratio(joint, 0))) > 0.1
     ]
     tried = 0
+    unit = np.zeros(len(near[0]))
+    unit[0] = 1.0
+    feels = scene.sweep(near, acceleration=unit).drive_effort.reshape(near.shape)
     for joint in moving[:4]:
         wanted = [joint, *scene.drives[1:]]
         maps = scene.transmission(scene.drives, wanted)
+        size = 1e-13 * np.abs(feels).max()
+        assert maps.reflected_inertia(near)[..., 0] == pytest.approx(feels, abs=size)
         forth = maps.joints_of(near, 1.0 + 0.0 * near, 2.0 + 0.0 * near)
         assert forth.position[:, 0] == pytest.approx(motion.position(joint), abs=1e-12)
         try:
@@ -447,7 +453,7 @@ def test_other_assembly_modes_and_starts() -> None:
 
 def test_a_leg_of_a_floating_robot() -> None:
     mechanism = cd.load(transmissions.ankle_on_a_base())
-    base = {"base": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]}
+    base: dict[str, Any] = {"base": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]}
     joints = foot(5)
     motors = np.stack(transmissions.ankle_motors(*joints.T), axis=-1)
     for held in base, {**base, "length": 0.07}:

@@ -91,7 +91,7 @@ class Transmission(Maps):
             )
             for side in (motors, moved)
         )
-        forward = SolvedWay(motors, moved, of_actuated).made()
+        forward = SolvedWay(motors, moved, of_actuated).begun()
         self._freeze(
             _forward=forward,
             _backward=SolvedWay(moved, motors, of_joints, forward),

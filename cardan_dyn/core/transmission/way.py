@@ -179,9 +179,22 @@ class SolvedWay(Way):
         """
         return ProblemSolver(self.problem)
 
-    def made(self) -> SolvedWay:
-        """Return it with its solver, so that what does not decide the motion is refused."""
-        assert self.solver.problem is self.problem
+    def begun(self) -> SolvedWay:
+        """Return it, once it is known to start where its problem says.
+
+        Raises:
+            AssemblyError: it starts elsewhere.
+            CardanError: what drives does not decide the motion.
+        """
+        values, _ = self._solved(self.start)
+        off = values - [self.problem.near[name] for name in self.found.names]
+        turns = np.where(self.found.slides, 0.0, np.rint(off / (2.0 * np.pi)))
+        if np.max(np.abs(off - 2.0 * np.pi * turns) / self.found.units) > MOVES:
+            raise AssemblyError(
+                f"driven by {choices(self.given.names)}, the mechanism does not start where the "
+                "scene does; let the scene start elsewhere: near=",
+                position=as_position(self.start),
+            )
         return self
 
     def sweep(
