@@ -129,6 +129,7 @@ class Scene(Prescribed):
         "makes another one",
         "range limits reach workspace": "scene.motion_range(), scene.reachable(positions)",
         "modes assembly_modes": "scene.branches()",
+        "actuator_map motor_map inverse_kinematics ik": "scene.transmission(actuated, joints)",
         "eigenvalues frequencies": "scene.equilibrium(near).frequencies, cd.vibration",
         "point orientation": "it belongs to results: scene.sweep(positions).point('link'), or "
         "scene.configuration().point('link')",

@@ -145,7 +145,7 @@ def test_singular_values_and_borders_of_the_ankle(ankle: cd.Transmission) -> Non
     values = ankle.singular_values([0.1, -0.2])
     assert values == pytest.approx(np.linalg.svd(ankle.jacobian([0.1, -0.2]))[1], rel=1e-13)
     start, end = np.array([-1.5, -1.5]), np.array([1.0, 1.2])
-    found = ankle.borders(start, end)
+    found = ankle.borders(start, end, samples=65)
     assert [item.kind for item in found] == [1, 1, 2]
     for item in found:
         at = start + item.part * (end - start)
@@ -244,6 +244,12 @@ def test_ankle_in_c(ankle: cd.Transmission, fitted: cd.FittedTransmission, tmp_p
     for edge in [-0.4, 0.4], [0.4, 0.4]:
         assert call("ankle_joints_of", np.array(edge))[0] == 0
     outside = [[0.4000000000000001, 0.0], [0.0, -0.5], [np.nan, 0.0], [0.0, np.inf]]
+    with pytest.raises(cd.ArgumentError, match="no name of a function"):
+        fitted.write_c(tmp_path / "unused.c", "1st")
+    with pytest.raises(cd.ArgumentError, match="name is"):
+        fitted.write_c(tmp_path / "unused.c", 1)  # type: ignore[arg-type]
+    with pytest.raises(cd.ArgumentError):
+        fitted.write_c(tmp_path / "none" / "unused.c")
     for row in outside:
         status, *written = call("ankle_joints_of", np.array(row))
         assert status == 1
@@ -460,7 +466,8 @@ def test_a_leg_of_a_floating_robot() -> None:
         scene = cd.Scene(mechanism, drive=MOTORS, held=held)
         maps = scene.transmission(MOTORS, FOOT)
         assert maps.actuated_of(joints).position == pytest.approx(motors, abs=1e-13)
-        tree, left = maps.reduced(), maps.reduced().left_out(joints)
+        tree = maps.reduced()
+        left = tree.left_out(joints)
         whole, alone = (
             cd.Scene(item, drive=FOOT, held=held).sweep(joints, acceleration=1.0).drive_effort
             for item in (mechanism, tree.mechanism)
@@ -554,6 +561,12 @@ def test_refusals(ankle: cd.Transmission) -> None:
         ankle.actuated_of(0.0)
     with pytest.raises(cd.ArgumentError, match=r"speed has shape \(3,\)"):
         ankle.joints_of([0.0, 0.0], speed=[1.0, 2.0, 3.0])
+    with pytest.raises(TypeError, match=r"scene\.replace\(held=\{\.\.\.\}\)\.transmission"):
+        ankle.joints_of([0.0, 0.0], held={"roll": 0.0})  # type: ignore[call-arg]
+    with pytest.raises(AttributeError, match="joints_of"):
+        ankle.forward_kinematics  # type: ignore[attr-defined]  # noqa: B018
+    with pytest.raises(AttributeError, match=r"scene\.transmission"):
+        scene.inverse_kinematics  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(cd.ArgumentError, match="limits"):
         ankle.speed_limits([0.0, 0.0], [1.0, -1.0])
     with pytest.raises(cd.ArgumentError, match=r"limits has shape \(3,\), expected \(2,\)"):
@@ -570,8 +583,6 @@ def test_refusals(ankle: cd.Transmission) -> None:
         knee.speed_limits(0.0)
     with pytest.raises(cd.ArgumentError, match="say between which positions"):
         knee.fitted()
-    with pytest.raises(cd.ArgumentError, match="no name of a function"):
-        ankle.write_c("unused.c", "1st")
     with pytest.raises(cd.ModelError, match="cannot be kept without motors and loops"):
         bar.transmission("crank_bearing", "rocker_pin").reduced()
 

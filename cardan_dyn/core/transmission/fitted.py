@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...kit.arrays import Array
-from ...kit.checks import file_path, mapping, positive, vector, writing
+from ...kit.checks import file_path, mapping, positive, text, vector, writing
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import frozen
 from .maps import Maps
@@ -81,11 +81,10 @@ class FittedTransmission(Maps):
             ArgumentError: no identifier, or the file cannot be written.
         """
         target = file_path("path", path)
-        text = as_file(
-            self.mechanism, name, {"joints_of": self._forward, "actuated_of": self._backward}
-        )
+        ways = {"joints_of": self._forward, "actuated_of": self._backward}
+        printed = as_file(self.mechanism, text("name", name), ways)
         with writing(target) as part:
-            part.write_text(text, encoding="utf-8")
+            part.write_text(printed, encoding="utf-8")
         return target
 
 

@@ -9,12 +9,24 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.checks import positives
-from ...kit.errors import ArgumentError, choices
+from ...kit.errors import ArgumentError, choices, hinting
 from ...kit.frozen import Frozen
 from .way import Mapped, Way
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+_ASKED = {
+    "held": "other positions of held joints are another transmission: scene.replace(held={...})"
+    ".transmission(...)",
+    "acceleration accelerations": "joints accelerate by jacobian times acceleration of the "
+    "actuated, and jacobian_rate times their speed",
+    "gravity loads load elements": "efforts are those of motors alone, at rest; a sweep of the "
+    "scene has all that acts",
+    "velocity speeds v qd": "speeds are speed=... [rad/s or m/s]",
+    "torque torques force forces efforts tau": "efforts are effort=... [N·m or N]",
+}
+"""Arguments that people try of both ways, to what is meant."""
 
 
 class Maps(Frozen):
@@ -37,6 +49,7 @@ class Maps(Frozen):
         """Names of the n joints, or coordinates of joints, that they move."""
         return self._forward.found.names
 
+    @hinting(_ASKED)
     def joints_of(
         self, actuated: ArrayLike, speed: ArrayLike | None = None, effort: ArrayLike | None = None
     ) -> Mapped:
@@ -61,6 +74,7 @@ class Maps(Frozen):
         """
         return self._forward.mapped(actuated, speed, effort)
 
+    @hinting(_ASKED)
     def actuated_of(
         self, joints: ArrayLike, speed: ArrayLike | None = None, effort: ArrayLike | None = None
     ) -> Mapped:

@@ -64,7 +64,7 @@ class Side(NamedTuple):
 
     def shown(self, values: Array) -> Array:
         """Return values `(..., n)` as they are given."""
-        return values if self.listed else values[..., 0]
+        return values if self.listed else values[..., 0][()]
 
 
 class Mapped(NamedTuple):
