@@ -441,6 +441,12 @@ def test_bundled_mechanisms(name: str) -> None:
     assert tried
 
 
+def test_what_floats_may_be_found() -> None:
+    scene = cd.Scene(cd.load(transmissions.hexapod()), drive=LEGS)
+    legs = RANDOM.uniform(-0.02, 0.02, (3, 6))
+    assert scene.transmission(LEGS, LEGS).joints_of(legs).position == pytest.approx(legs)
+
+
 def test_other_assembly_modes_and_starts() -> None:
     bar = cd.load("four_bar")
     for scene in (
@@ -496,6 +502,13 @@ def test_an_ankle_in_one_joint(ankle: cd.Transmission) -> None:
     assert list(one.values()) == pytest.approx(list(two.values()), rel=1e-13)
     (joint,) = maps.reduced().mechanism.description.joints
     assert joint.armature == pytest.approx(tuple(two.values()))
+    # With one of its coordinates held, the joint keeps the armature that it has there.
+    roll = scene.replace(drive="left_motor", held={"both.turn_1": 0.1})
+    tree = roll.transmission("left_motor", "both.turn_2").reduced()
+    (joint,) = tree.mechanism.description.joints
+    assert joint.armature == (0.0, tree.armature["both.turn_2"])
+    with pytest.raises(cd.ModelError, match="both cannot be kept"):
+        scene.transmission(MOTORS, ["both.turn_1", "left_motor"]).reduced()
 
 
 def test_what_pinocchio_loaded(ankle: cd.Transmission) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
 from ...kit.frozen import Frozen, frozen
-from ..description.description import Description, kinds_of
+from ..description.description import Description, JointDescription, kinds_of
 from ..description.write import to_urdf
 from ..mechanics.exact import load
 from ..mechanism.mechanism import Mechanism
@@ -68,14 +68,25 @@ class ReducedTree(Frozen):
         mechanism, drivable = problem.mechanism, problem.mechanism.drivable
         description = mechanism.description
         moving = {drivable[name].joint for name in names}
-        kept = _kept(description, moving | {drivable[name].joint for name in problem.held})
+        known = {*names, *problem.held}
+        kept = _kept(
+            description,
+            moving,
+            {
+                name
+                for name, joint in mechanism.joints.items()
+                if known.issuperset(joint.coordinates)
+            },
+        )
         links = [link for link in description.links if link.name in kept]
         # Links on the world count for nothing, and cannot be given a factor.
         weightless = {link.name: 0.0 for link in links if mechanism.link(link.name)[0]}
         inertia = way.inertia(joints, weightless)
-        armature = dict(zip(names, np.diagonal(inertia).tolist(), strict=True))
+        # Rounding may leave less than nothing.
+        felt = np.maximum(np.diagonal(inertia), 0.0).tolist()
+        armature = dict(zip(names, felt, strict=True))
         own = [
-            replace(joint, armature=_armature(joint.name, joint.type, mechanism, armature))
+            replace(joint, armature=_armature(joint, mechanism, armature))
             if joint.name in moving
             else joint
             for joint in description.joints
@@ -120,11 +131,17 @@ class ReducedTree(Frozen):
         return LeftOut(inertia - armature, np.reshape(weight, at.shape))
 
 
-def _kept(description: Description, moving: set[str]) -> set[str]:
-    """Return the links that joints carry which move or are fixed, from the root on.
+def _kept(description: Description, moving: set[str], decided: set[str]) -> set[str]:
+    """Return the links that joints carry which are decided or fixed, from the root on.
+
+    Args:
+        description: the whole mechanism.
+        moving: names of joints that are to be kept.
+        decided: names of those of which all coordinates are driven or held, loops among them.
 
     Raises:
-        ModelError: a joint that moves is none of the tree, or hangs on one that is cut away.
+        ModelError: a joint that moves is none of the tree, moves in other ways as well, or hangs on
+            one that is cut away.
     """
     children = {joint.child for joint in description.joints}
     kept = {link.name for link in description.links} - children
@@ -132,33 +149,34 @@ def _kept(description: Description, moving: set[str]) -> set[str]:
     while more := [
         joint
         for joint in left
-        if joint.parent in kept and (joint.name in moving or joint.type == "fixed")
+        if joint.parent in kept and (joint.name in decided or joint.type == "fixed")
     ]:
         kept |= {joint.child for joint in more}
         left = [joint for joint in left if joint not in more]
     if lost := moving - {joint.name for joint in description.joints if joint.child in kept}:
         raise ModelError(
             f"{description.name}: {choices(lost)} cannot be kept without motors and loops: "
-            "describe the chain from the root to the joints as joints of the tree, and cut the "
-            "loops elsewhere",
+            "describe the chain from the root to the joints as joints of the tree, of which the "
+            "transmission names all coordinates, and cut the loops elsewhere",
             name=min(lost),
         )
     return kept
 
 
 def _armature(
-    joint: str, kind: str, mechanism: Mechanism, armature: Mapping[str, float]
+    joint: JointDescription, mechanism: Mechanism, armature: Mapping[str, float]
 ) -> tuple[float, ...]:
-    """Return the armature of the parts of a joint, from that of its coordinates.
+    """Return the armature of the parts of a joint, from that of its coordinates; held ones keep it.
 
     Raises:
-        ModelError: not all of its coordinates have one of their own.
+        ModelError: it has a ball, whose axes have one armature together.
     """
-    coordinates = mechanism.joints[joint].coordinates
-    if "spherical" in kinds_of(kind) or not armature.keys() >= set(coordinates):
+    if "spherical" in kinds_of(joint.type):
         raise ModelError(
-            f"{joint} is a {kind} joint, and armature stands for each of its coordinates alone: "
-            "describe it as hinges and slides in a row, and name all of them",
-            name=joint,
+            f"{joint.name} is a {joint.type} joint, and armature stands for each of its "
+            "coordinates alone: describe it as hinges and slides in a row, and name all of them",
+            name=joint.name,
         )
-    return tuple(armature[name] for name in coordinates)
+    coordinates = mechanism.joints[joint.name].coordinates
+    own = joint.armature or (0.0,) * len(coordinates)
+    return tuple(armature.get(name, value) for name, value in zip(coordinates, own, strict=True))

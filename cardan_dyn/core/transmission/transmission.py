@@ -78,7 +78,8 @@ class Transmission(Maps):
             _side(mechanism, role, every, not isinstance(given[role], str))
             for role, every in named.items()
         )
-        near, balls = near_positions(mechanism, start)
+        places, _ = near_positions(mechanism, start)
+        near = {**start, **{name: places[name] for name in both}, **problem.held}
         drivable = mechanism.drivable
         outputs = tuple(dict.fromkeys(drivable[name].joint for name in both))
         of_actuated, of_joints = (
@@ -86,7 +87,7 @@ class Transmission(Maps):
                 mechanism,
                 drive=side.names,
                 held=problem.held,
-                near={**near, **balls, **problem.held},
+                near=near,
                 outputs=outputs,
             )
             for side in (motors, moved)
