@@ -35,6 +35,10 @@ if TYPE_CHECKING:
     from .core.results.rods import RodForce
     from .core.results.sweep import Sweep
     from .core.results.wrench import BearingForces, JointWrench
+    from .core.transmission.borders import Border
+    from .core.transmission.fitted import FittedTransmission
+    from .core.transmission.reduced import ReducedTree
+    from .core.transmission.transmission import Transmission
     from .kit.errors import (
         AccuracyError,
         ArgumentError,
@@ -75,6 +79,7 @@ _MODULES = {
     "AssembledPositions": ".core.dynamics.problem_solver",
     "AssemblyError": ".kit.errors",
     "BearingForces": ".core.results.wrench",
+    "Border": ".core.transmission.borders",
     "Branches": ".scene.branches",
     "Bushing": ".core.elements.bushing",
     "CardanError": ".kit.errors",
@@ -84,6 +89,7 @@ _MODULES = {
     "Equilibrium": ".motion.simulation.equilibrium",
     "EquilibriumError": ".kit.errors",
     "Event": ".motion.simulation.events",
+    "FittedTransmission": ".core.transmission.fitted",
     "HuntCrossley": ".core.elements.contact_laws",
     "ImmutableError": ".kit.errors",
     "ImpactFunction": ".core.elements.contact_laws",
@@ -106,6 +112,7 @@ _MODULES = {
     "PointMotion": ".core.results.point_motion",
     "PointActuator": ".core.elements.point_actuator",
     "PointSpring": ".core.elements.point_spring",
+    "ReducedTree": ".core.transmission.reduced",
     "Report": ".practice.report.reporting",
     "Response": ".core.response.response",
     "RodForce": ".core.results.rods",
@@ -114,6 +121,7 @@ _MODULES = {
     "SingularConfigurationError": ".kit.errors",
     "Sweep": ".core.results.sweep",
     "Trajectory": ".motion.simulation.trajectory",
+    "Transmission": ".core.transmission.transmission",
     "VibrationError": ".kit.errors",
     "View": ".practice.viewer.viewing",
     "Wrench": ".core.elements.link_loads",
@@ -140,6 +148,7 @@ __all__ = [
     "AssembledPositions",
     "AssemblyError",
     "BearingForces",
+    "Border",
     "Branches",
     "Bushing",
     "CardanError",
@@ -150,6 +159,7 @@ __all__ = [
     "Equilibrium",
     "EquilibriumError",
     "Event",
+    "FittedTransmission",
     "HuntCrossley",
     "ImmutableError",
     "ImpactFunction",
@@ -171,6 +181,7 @@ __all__ = [
     "PointActuator",
     "PointMotion",
     "PointSpring",
+    "ReducedTree",
     "Report",
     "Response",
     "RodForce",
@@ -179,6 +190,7 @@ __all__ = [
     "SingularConfigurationError",
     "Sweep",
     "Trajectory",
+    "Transmission",
     "VibrationError",
     "View",
     "Wrench",

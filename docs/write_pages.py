@@ -104,6 +104,7 @@ def sources() -> str:
 _SCENE = (
     ("Drive, free, hold", ("sweep", "assemble", "response", "responses", "simulate")),
     ("Rest and range", ("equilibrium", "motion_range", "reachable", "branches", "configuration")),
+    ("Motors and joints", ("transmission",)),
     ("The scene itself", ("plan", "replace")),
 )
 

@@ -35,7 +35,7 @@ FLOORS = (
     ("kinematics",),
     ("dynamics",),
     ("results",),
-    ("response", "simulation"),
+    ("response", "simulation", "transmission"),
     ("viewer",),
     ("scene",),
     ("drive_lines", "clearance", "vibration", "studies"),

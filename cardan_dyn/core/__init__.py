@@ -1,8 +1,9 @@
 """Core: what is given, what is asked, what is found, and whether it is right.
 
 Rooms from the ground up: `tape` and `compiled`, `description`, `mechanism`, `elements` and
-`mechanics`, `problem` and `proof`, `kinematics`, `dynamics`, `results`, `response`. Motion and
-practice use of it what is public (`cardan_dyn.__all__`), and what it offers here.
+`mechanics`, `problem` and `proof`, `kinematics`, `dynamics`, `results`, `response` and
+`transmission`. Motion and practice use of it what is public (`cardan_dyn.__all__`), and what it
+offers here.
 """
 
 OFFERED = {

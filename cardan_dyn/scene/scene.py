@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from ..core.mechanism.configuration import Configuration
     from ..core.response.response import Response
     from ..core.results.sweep import Sweep
+    from ..core.transmission.transmission import Transmission
     from ..motion.simulation.equilibrium import Equilibrium
     from ..motion.simulation.trajectory import Trajectory
     from .branches import Branches
@@ -128,6 +129,7 @@ class Scene(Prescribed):
         "makes another one",
         "range limits reach workspace": "scene.motion_range(), scene.reachable(positions)",
         "modes assembly_modes": "scene.branches()",
+        "actuator_map motor_map inverse_kinematics ik": "scene.transmission(actuated, joints)",
         "eigenvalues frequencies": "scene.equilibrium(near).frequencies, cd.vibration",
         "point orientation": "it belongs to results: scene.sweep(positions).point('link'), or "
         "scene.configuration().point('link')",
@@ -578,6 +580,31 @@ class Scene(Prescribed):
         from ..core.response.build import build
 
         return build(self._solver, tolerance, interval, {} if held is None else held)
+
+    def transmission(
+        self, actuated: str | Sequence[str], joints: str | Sequence[str]
+    ) -> Transmission:
+        """Return how actuated coordinates move joints, and what each side exerts on the other.
+
+        Either side has as many coordinates as the scene drives and frees; what else could move is
+        held. The scene says where the transmission starts, and in which assembly mode.
+
+        Args:
+            actuated: name of the joint that a motor or a cylinder drives, or a list of names; a
+                joint with several coordinates stands for all of them, see `Scene`.
+            joints: likewise the joints that they move, such as those of an ankle: their positions,
+                speeds and efforts are wanted, or given.
+
+        Raises:
+            ModelError: no such joint.
+            ArgumentError: a name stands for no coordinate, or for one that is held.
+            MobilityError: these are more or fewer coordinates than decide the motion, or the
+                actuated ones do not decide it. Whether the joints do is seen when they are given.
+            CardanError: as of a scene that the actuated drive.
+        """
+        from ..core.transmission.transmission import Transmission
+
+        return Transmission(self._solver, self.configuration(), actuated, joints)
 
     def load_response(self, path: str | os.PathLike[str]) -> Response:
         """Read the response of this scene, or of one like it, that `Response.save` wrote.

@@ -1,0 +1,131 @@
+"""Fitted: both ways of a transmission as polynomials within ranges, with their errors."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ...kit.arrays import Array
+from ...kit.checks import file_path, mapping, positive, text, vector, writing
+from ...kit.errors import ArgumentError, ModelError, choices
+from ...kit.frozen import frozen
+from .maps import Maps
+from .polynomials import FitError, FittedWay
+from .printed import as_file
+from .way import SolvedWay
+
+
+class FittedTransmission(Maps):
+    """A transmission as polynomials, from `Transmission.fitted`; positions beyond are refused.
+
+    Attributes:
+        mechanism: name of the mechanism.
+        ranges: each coordinate to its least and greatest position [rad or m].
+        errors: `joints_of` and `actuated_of` to how far they are off, see `FitError`: the greatest
+            of a thousand positions between those that made them.
+    """
+
+    mechanism: str
+    ranges: Mapping[str, tuple[float, float]]
+    errors: Mapping[str, FitError]
+    _forward: FittedWay
+    _backward: FittedWay
+
+    def __init__(self, mechanism: str, forward: FittedWay, backward: FittedWay) -> None:
+        """Keep both ways of a mechanism, by its name."""
+        ranges = {
+            name: ends
+            for way in (forward, backward)
+            for name, *ends in zip(
+                way.given.names, way.low.tolist(), way.high.tolist(), strict=True
+            )
+        }
+        self._freeze(
+            mechanism=mechanism,
+            ranges=frozen({name: (low, high) for name, (low, high) in ranges.items()}),
+            errors=frozen({"joints_of": forward.error, "actuated_of": backward.error}),
+            _forward=forward,
+            _backward=backward,
+        )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return FittedTransmission, (self.mechanism, self._forward, self._backward)
+
+    def __repr__(self) -> str:
+        worst = max(error.position for error in self.errors.values())
+        return (
+            f"<FittedTransmission of {self.mechanism!r}: {', '.join(self.actuated)} <-> "
+            f"{', '.join(self.joints)}, off by {worst:.1e}>"
+        )
+
+    def write_c(self, path: str | os.PathLike[str], name: str = "transmission") -> Path:
+        """Write it as a file of C99 that needs nothing, in place of what the file contained.
+
+        It has two functions, which return 0 and write `n` positions and `n * n` derivatives row by
+        row (none where `jacobian` is 0), or return 1 and write nothing where a position is outside
+        of the range, or no number:
+
+            int transmission_joints_of(const double *actuated, double *joints, double *jacobian);
+            int transmission_actuated_of(const double *joints, double *actuated, double *jacobian);
+
+        The first lines say names, units, ranges and errors. Efforts follow as in `joints_of`.
+
+        Args:
+            path: the file.
+            name: with which both functions begin, an identifier of C.
+
+        Raises:
+            ArgumentError: no identifier, or the file cannot be written.
+        """
+        target = file_path("path", path)
+        ways = {"joints_of": self._forward, "actuated_of": self._backward}
+        printed = as_file(self.mechanism, text("name", name), ways)
+        with writing(target) as part:
+            part.write_text(printed, encoding="utf-8")
+        return target
+
+
+def fitted(
+    name: str,
+    ways: tuple[SolvedWay, SolvedWay],
+    ranges: tuple[object, object],
+    tolerance: float,
+) -> FittedTransmission:
+    """Return both ways of a mechanism, by its name, as polynomials; see `Transmission.fitted`."""
+    most = positive("tolerance", tolerance)
+    made = [
+        FittedWay(way, *_range(way, given), most) for way, given in zip(ways, ranges, strict=True)
+    ]
+    return FittedTransmission(name, *made)
+
+
+def _range(way: SolvedWay, given: object) -> tuple[Array, Array]:
+    """Return the least and the greatest positions `(n,)` of a way's given side.
+
+    Raises:
+        ModelError: a name of something else.
+        ArgumentError: nothing says a range, or it is none.
+    """
+    side, stated = way.given, {} if given is None else mapping(way.given.role, given)
+    if unknown := stated.keys() - set(side.names):
+        raise ModelError(
+            f"{side.role}: {choices(unknown)} is none of {choices(side.names, min(unknown))}",
+            name=min(unknown),
+        )
+    rows = []
+    for name, limits in zip(side.names, side.limits, strict=True):
+        label = f"{side.role}[{name!r}]"
+        if name not in stated and not np.all(np.isfinite([limits.lower, limits.upper])):
+            raise ArgumentError(
+                f"{label}: the description does not limit it on both sides; say between which "
+                f"positions: {side.role}={{{name!r}: (low, high)}}"
+            )
+        row = vector(label, stated.get(name, (limits.lower, limits.upper)), 2)
+        if not row[0] < row[1]:
+            raise ArgumentError(f"{label}: {row[0]:g} to {row[1]:g} is no range")
+        rows.append(row)
+    low, high = np.transpose(rows)
+    return low, high
