@@ -18,7 +18,7 @@ pytestmark = pytest.mark.usefixtures("loaded_once")
 
 TURN = 2.0 * np.pi
 COUNT = 6
-WITH_HELD = sorted(name for name, preset in PRESETS.items() if preset.held_deg)
+WITH_HELD = [name for name in EVERY_KIND if PRESETS[name].held_deg]
 
 
 def scene_of(name: str, **options: object) -> cd.Scene:
