@@ -56,7 +56,7 @@ def rocker_angles(crank: np.ndarray) -> np.ndarray:
     return np.unwrap(np.angle(end / 1j))
 
 
-@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("turn", TURNS[::3])
 @pytest.mark.parametrize("notation", [urdf_plus, isaac, constraint])
 def test_a_pin_may_be_turned_about_its_axis(notation: object, turn: float) -> None:
     aligned = cd.Scene(cd.load(four_bar(loop("revolute"))), **SCENE)
