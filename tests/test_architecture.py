@@ -56,11 +56,18 @@ def module_of(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+@cache
+def statements(path: Path) -> list[ast.Import | ast.ImportFrom]:
+    """Return all import statements of a file."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return [node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)]
+
+
 def imports(path: Path) -> set[str]:
     """Modules of the package that a file imports anywhere: lazily, or for its types alone."""
     own = list(path.relative_to(ROOT).with_suffix("").parts)
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in statements(path):
         if isinstance(node, ast.ImportFrom):
             base = own[: len(own) - node.level] if node.level else []
             source = [*base, *(node.module or "").split(".")] if node.module else base
@@ -68,7 +75,7 @@ def imports(path: Path) -> set[str]:
             for alias in node.names:
                 inside = f"{name}.{alias.name}"
                 found.add(inside if inside in MODULES else name)
-        elif isinstance(node, ast.Import):
+        else:
             found |= {alias.name for alias in node.names}
     return {name for name in found if name.startswith("cardan_dyn")}
 
@@ -115,7 +122,7 @@ def names_of(path: Path) -> set[str]:
     own = list(path.relative_to(ROOT).with_suffix("").parts)
     return {
         ".".join([*own[: len(own) - node.level], *(node.module or "").split("."), alias.name])
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in statements(path)
         if isinstance(node, ast.ImportFrom) and node.level and node.module
         for alias in node.names
     }

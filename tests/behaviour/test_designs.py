@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
+from testkit.bundled import EVERY_KIND
 from testkit.design_line import design_line, designs, nominal
 
 import cardan_dyn as cd
@@ -17,7 +18,7 @@ pytestmark = pytest.mark.usefixtures("loaded_once")
 
 TURN = 2.0 * np.pi
 COUNT = 6
-WITH_HELD = sorted(name for name, preset in PRESETS.items() if preset.held_deg)
+WITH_HELD = [name for name in EVERY_KIND if PRESETS[name].held_deg]
 
 
 def scene_of(name: str, **options: object) -> cd.Scene:
@@ -131,7 +132,7 @@ def test_whole_turns_cost_nothing_and_are_kept(joint: cd.Mechanism) -> None:
     assert np.max(at_turns / (1.0 + np.abs(expected))) < 1e-15 * 10
 
 
-@pytest.mark.parametrize("name", sorted(PRESETS))
+@pytest.mark.parametrize("name", EVERY_KIND)
 def test_gravity_that_varies_is_that_of_other_scenes(name: str) -> None:
     scene = scene_of(name)
     position = random_positions(scene, COUNT)
@@ -144,7 +145,7 @@ def test_gravity_that_varies_is_that_of_other_scenes(name: str) -> None:
         assert_same(sweep, alone, slice(k, k + 1), 1e-12)
 
 
-@pytest.mark.parametrize("name", sorted(PRESETS))
+@pytest.mark.parametrize("name", EVERY_KIND)
 def test_factors_on_inertia_are_those_of_other_descriptions(name: str) -> None:
     scene = scene_of(name)
     mechanism, rng = scene.mechanism, np.random.default_rng(5)

@@ -109,7 +109,7 @@ def simulated(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["spherical", "floating", "hinges"])
-@pytest.mark.parametrize("miss", [0.0, 1e-12, 1e-9, 1e-6, 1e-3, 0.1])
+@pytest.mark.parametrize("miss", [0.0, 1e-9, 1e-3])
 def test_no_stall_where_the_middle_angle_passes_a_right_angle(kind: str, miss: float) -> None:
     speeds = np.array([miss, 2.0, -0.7 * miss])
     found = simulated(kind, np.zeros(3), speeds, np.zeros(3), np.zeros(3))

@@ -33,7 +33,7 @@ def compare(train: GearTrain, tolerance: float = 1e-11) -> None:
     assert turn.balance_residual < 1e-13
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(5))
 def test_bearings_of_random_trains(seed: int) -> None:
     rng = np.random.default_rng(seed)
     compare(GearTrain(rng, int(rng.integers(2, 5)), level=seed % 2 == 0))

@@ -80,8 +80,10 @@ def equal(sweep: cd.Sweep, expected: cd.Sweep) -> None:
     assert np.max(np.abs(sweep.drive_effort - expected.drive_effort)) < 1e-11 * effort
 
 
-@pytest.mark.parametrize("made", COPIES)
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    ("name", "made"),
+    [*((name, "pickle") for name in SCENES), ("MJCF", "copy"), ("MJCF", "deepcopy")],
+)
 def test_a_copied_scene_solves_all_of_its_loops(name: str, made: str) -> None:
     scene = SCENES[name]()
     expected = scene.sweep(POSITIONS, speed=3.0)

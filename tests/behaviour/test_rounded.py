@@ -29,6 +29,7 @@ LOOPS = {
     )
 }
 GRAVITY = (0.3, -0.2, -9.81)
+CAMPAIGN = (pytest.mark.slow, pytest.mark.campaign)
 
 
 def rounded(text: str, digits: int) -> str:
@@ -59,7 +60,10 @@ def of_exact_numbers(name: str) -> tuple[Any, cd.Sweep]:
     return cd.describe(exact), swept(exact)
 
 
-@pytest.mark.parametrize("digits", [4, 5, 6, 8, 10, 14])
+@pytest.mark.parametrize(
+    "digits",
+    [4, 14, *(pytest.param(digits, marks=CAMPAIGN) for digits in (5, 6, 8, 10))],
+)
 @pytest.mark.parametrize("name", LOOPS)
 def test_what_only_dimensions_let_move_moves_with_few_digits(name: str, digits: int) -> None:
     """Ranks, flags and forces are those of the exact numbers, as far as digits tell."""

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from testkit.accessibility import grave
 from testkit.browser import Page, open_page, running_browser
+from testkit.bundled import EVERY_KIND
 
 import cardan_dyn as cd
 from cardan_dyn.scene.usual_motion import usual_motion
@@ -98,7 +99,7 @@ def selected(page: Page) -> list[str]:
     )
 
 
-@pytest.mark.parametrize("name", sorted(cd.bundled_names()))
+@pytest.mark.parametrize("name", EVERY_KIND)
 def test_labels_neither_cover_each_other_nor_are_cut(
     name: str, opened: Opener, files: Callable[[str], Path]
 ) -> None:
@@ -160,8 +161,7 @@ def test_the_theme_can_be_switched_and_follows_the_system_until_then(four_bar: P
     assert four_bar.evaluate(theme) == "light"
 
 
-@pytest.mark.parametrize("size", WINDOWS)
-@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize(("size", "theme"), [(WINDOWS[0], "light"), (WINDOWS[1], "dark")])
 def test_axe_finds_nothing_grave(
     size: tuple[int, int], theme: str, opened: Opener, files: Callable[[str], Path]
 ) -> None:

@@ -9,6 +9,7 @@ import pytest
 from compare import sweep_of
 from scenes import draw
 from testkit import linkages, sdf
+from testkit.bundled import EVERY_KIND
 
 import cardan_dyn as cd
 from cardan_dyn.core.description.description import Description
@@ -16,7 +17,7 @@ from cardan_dyn.core.mechanism.rezero import rezeroed
 from cardan_dyn.scene.presets import PRESETS
 from cardan_dyn.scene.usual_motion import usual_motion
 
-SEEDS = [2, 8, 12, 15, 23, 30, 36, 37, 51, 52, 53, 56, 58, 66, 67, 68, 69, 71, 72, 76]
+SEEDS = [2, 8, 15, 37, 67, 69, 71, 72, 76]
 """Random chains whose joints SDF has words for, and that have no couplings."""
 
 
@@ -36,9 +37,8 @@ def again(description: Description, text: str) -> cd.Mechanism:
     return mechanism
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
-@pytest.mark.parametrize("name", cd.bundled_names())
-def test_bundled_mechanisms(name: str, seed: int) -> None:
+@pytest.mark.parametrize(("seed", "name"), list(enumerate(EVERY_KIND)))
+def test_bundled_mechanisms(seed: int, name: str) -> None:
     """From a closed configuration, in any order, with poses relative to any frame."""
     mechanism, preset = cd.load(name), PRESETS[name]
     motion = usual_motion(mechanism, samples=9).sweep().motion
@@ -75,8 +75,10 @@ def test_random_chains(seed: int) -> None:
     sdf.compare(sweep_of(replace(case, chain=Text(text))), reference, 1e-9)
 
 
-@pytest.mark.parametrize("order", ["abdc", "cdba", "dcab", "bcda", "acbd"])
-@pytest.mark.parametrize("version", ["1.4", "1.6", "1.9", "1.12"])
+@pytest.mark.parametrize(
+    ("order", "version"),
+    [("abdc", "1.4"), ("cdba", "1.6"), ("dcab", "1.9"), ("bcda", "1.12"), ("acbd", "1.12")],
+)
 def test_four_bar(order: str, version: str) -> None:
     """A link with two parents: whichever joint closes the loop, wrenches keep their signs."""
     found, reference = (

@@ -10,6 +10,7 @@ import pytest
 from compare import differences, sweep_of
 from scenes import draw
 from testkit.alone import without_tapes
+from testkit.bundled import EVERY_KIND
 from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
@@ -81,7 +82,7 @@ def assert_same(first: cd.Sweep, second: cd.Sweep) -> None:
         assert np.max(np.abs(one - other), initial=0.0) <= np.max(allowed) * scale
 
 
-@pytest.mark.parametrize("name", cd.bundled_names())
+@pytest.mark.parametrize("name", EVERY_KIND)
 def test_bundled_mechanisms(
     name: str, monkeypatch: pytest.MonkeyPatch, solved_by_tape: list[bool]
 ) -> None:
@@ -97,7 +98,7 @@ def test_bundled_mechanisms(
     assert solved_by_tape
 
 
-@pytest.mark.parametrize("name", cd.bundled_names())
+@pytest.mark.parametrize("name", EVERY_KIND)
 def test_texts_on_arrays_have_the_bits_of_their_programs(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -163,7 +164,7 @@ def test_samples_solved_alone_have_the_same_bits_in_any_company(
                 np.testing.assert_array_equal(joined, expected)
 
 
-@pytest.mark.parametrize("name", cd.bundled_names())
+@pytest.mark.parametrize("name", EVERY_KIND)
 def test_outputs_that_leave_loops_out(
     name: str, monkeypatch: pytest.MonkeyPatch, solved_by_tape: list[bool]
 ) -> None:

@@ -67,6 +67,6 @@ def test_the_work_of_the_drives_is_what_the_elements_store(seed: int) -> None:
     assert all(np.all(force.dissipation >= 0.0) for force in moving.element_force.values())
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(15))
 def test_a_wound_bushing_is_right_or_refused(seed: int) -> None:
     assert not misjudged(seed)

@@ -36,9 +36,8 @@ def slope(phi: float) -> float:
     return float(THETA * SPEED**3 * jerk / passed_on(np.array(phi)))
 
 
-@pytest.mark.parametrize("load", [0.0, 2.0])
-@pytest.mark.parametrize("bearings", ["pin_in", "pin_out", None])
-def test_bearings_carry_the_flywheel_and_the_load(load: float, bearings: str | None) -> None:
+@pytest.mark.parametrize(("bearings", "load"), [("pin_in", 2.0), ("pin_out", 0.0), (None, 0.0)])
+def test_bearings_carry_the_flywheel_and_the_load(bearings: str | None, load: float) -> None:
     """P = M/(2r) with M = (Θ φ₂'' + T)/(e₂ · n)."""
     found = scan_pins(scene("thoma_rig", BETA, -load), SPEED, "cross", bearings=bearings, **GIVEN)
     phi = found.position
@@ -118,7 +117,7 @@ def test_both_pins_act_in_series() -> None:
         assert item.split < 1e-10
 
 
-@pytest.mark.parametrize(("part", "count"), [(0.0, 4), (0.5, 4), (0.95, 4), (1.05, 0), (3.0, 0)])
+@pytest.mark.parametrize(("part", "count"), [(0.0, 4), (0.95, 4), (1.05, 0)])
 def test_the_torque_reverses_four_times_a_turn_or_never(part: float, count: int) -> None:
     """Below the inertia torque a load is overcome in each quarter, above it never."""
     loaded = scene("thoma_rig", BETA, -part * GREATEST)

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from testkit.bundled import EVERY_KIND
 
 pytest.importorskip("matplotlib", reason="the report has figures")
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
@@ -26,7 +27,6 @@ from cardan_dyn.practice.command_line import commands as cli
 from cardan_dyn.practice.report import comparisons
 from cardan_dyn.practice.viewer.commands import meshcat
 from cardan_dyn.practice.viewer.viewing import View
-from cardan_dyn.scene.presets import PRESETS
 
 
 def invoke(*arguments: str) -> Result:
@@ -115,8 +115,8 @@ def test_a_directory_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     assert "cannot be written" in result.output
 
 
-@pytest.mark.parametrize("name", sorted(PRESETS))
-def test_every_bundled_description_can_be_watched(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", EVERY_KIND)
+def test_bundled_descriptions_can_be_watched(name: str, tmp_path: Path) -> None:
     file = tmp_path / f"{name}.html"
     result = view(name, "--samples", "25", "--export", str(file))
     assert result.exit_code == 0, result.output

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
+import json
 import subprocess
 import sys
 from pathlib import Path
-
-import pytest
 
 import cardan_dyn as cd
 from cardan_dyn.practice.command_line import main
@@ -15,71 +13,82 @@ from cardan_dyn.practice.command_line.names import about, joints, limits, lines,
 from cardan_dyn.practice.drive_lines.verdict.case import KNOWN
 
 SCRIPT = """
-import sys
+import contextlib, io, json, os, sys
 from cardan_dyn.practice.command_line import main
-try:
-    main(prog_name="cardan-dyn")
-finally:
-    print(*sorted({name.split(".")[0] for name in sys.modules}), file=sys.stderr)
+for arguments, variables in json.loads(sys.argv[1]):
+    os.environ.update(variables)
+    printed = io.TextIOWrapper(io.BytesIO(), "utf-8", write_through=True)
+    try:
+        with contextlib.redirect_stdout(printed):
+            main(arguments, prog_name="cardan-dyn")
+    except SystemExit as ended:
+        assert not ended.code, (arguments, variables)
+    for name in variables:
+        del os.environ[name]
+    packages = sorted({name.split(".")[0] for name in sys.modules})
+    print(json.dumps([printed.buffer.getvalue().decode(), packages]))
 """
 COMPUTES = {"numpy", "pinocchio", "scipy", "matplotlib", "meshcat", "rich", "yaml"}
+COMPLETED = {
+    "cardan-dyn vi": "vibration",
+    "cardan-dyn view --hi": "--hide",
+    "cardan-dyn sweep four": "four_bar",
+    "cardan-dyn driveline tr": "truck",
+    "cardan-dyn check some": "file",
+    "cardan-dyn sweep four_bar --drive rocker": "rocker_pin",
+    "cardan-dyn vibration thoma_rig --drive bear": "bearing_in",
+    "cardan-dyn simulate needle_drive --held need": "needle_guide=",
+    "cardan-dyn driveline truck --limit resid": "residual_angle=",
+}
 
 
-def loaded(*arguments: str, **variables: str) -> tuple[str, set[str]]:
-    """Return what a command prints, and the packages that are loaded at its end."""
+def loaded(runs: list[tuple[list[str], dict[str, str]]]) -> list[tuple[str, set[str]]]:
+    """Return what commands print, and the packages that are loaded at the end of each.
+
+    Args:
+        runs: arguments and variables of the environment, of commands that follow each other in one
+            process: what one of them loads, those behind it have loaded as well.
+    """
     ran = subprocess.run(
-        [sys.executable, "-c", SCRIPT, *arguments],
-        env={**os.environ, **variables},
-        capture_output=True,
-        text=True,
-        check=True,
+        [sys.executable, "-c", SCRIPT, json.dumps(runs)], capture_output=True, text=True, check=True
     )
-    return ran.stdout, set(ran.stderr.split())
+    return [
+        (printed, set(packages))
+        for printed, packages in map(json.loads, ran.stdout.split("\n")[:-1])
+    ]
 
 
-@pytest.mark.parametrize("command", sorted(main.commands))
-def test_help_of_a_command_loads_nothing_that_computes(command: str) -> None:
-    printed, packages = loaded(command, "--help")
-    assert f"cardan-dyn {command}" in printed
-    assert "click" in packages
-    assert not packages & COMPUTES
+def test_help_and_version_load_nothing_that_computes() -> None:
+    commands = sorted(main.commands)
+    runs = [[command, "--help"] for command in commands] + [["--help"], ["--version"]]
+    found = loaded([(arguments, {}) for arguments in runs])
+    for command, (printed, packages) in zip([*commands, "", ""], found, strict=True):
+        assert f"cardan-dyn {command}".strip() in printed
+        assert "click" in packages
+        assert not packages & COMPUTES, command
 
 
 def test_what_is_bundled_is_listed_without_what_computes() -> None:
-    printed, packages = loaded("list")
+    ((printed, packages),) = loaded([(["list"], {})])
     assert all(name in printed for name in (*mechanisms(), *lines()))
     assert not packages & (COMPUTES - {"rich"})
 
 
-@pytest.mark.parametrize("option", ["--help", "--version"])
-def test_help_and_version_load_nothing_that_computes(option: str) -> None:
-    printed, packages = loaded(option)
-    assert "cardan-dyn" in printed
-    assert not packages & COMPUTES
-
-
-@pytest.mark.parametrize(
-    ("words", "found"),
-    [
-        ("cardan-dyn vi", "vibration"),
-        ("cardan-dyn view --hi", "--hide"),
-        ("cardan-dyn sweep four", "four_bar"),
-        ("cardan-dyn driveline tr", "truck"),
-        ("cardan-dyn check some", "file"),
-        ("cardan-dyn sweep four_bar --drive rocker", "rocker_pin"),
-        ("cardan-dyn vibration thoma_rig --drive bear", "bearing_in"),
-        ("cardan-dyn simulate needle_drive --held need", "needle_guide="),
-        ("cardan-dyn driveline truck --limit resid", "residual_angle="),
-    ],
-)
-def test_completion_loads_nothing_that_computes(words: str, found: str) -> None:
-    printed, packages = loaded(
-        _CARDAN_DYN_COMPLETE="bash_complete",
-        COMP_WORDS=words,
-        COMP_CWORD=str(words.count(" ")),
-    )
-    assert found in printed
-    assert not packages & COMPUTES
+def test_completion_loads_nothing_that_computes() -> None:
+    runs: list[tuple[list[str], dict[str, str]]] = [
+        (
+            [],
+            {
+                "_CARDAN_DYN_COMPLETE": "bash_complete",
+                "COMP_WORDS": words,
+                "COMP_CWORD": str(words.count(" ")),
+            },
+        )
+        for words in COMPLETED
+    ]
+    for (words, found), (printed, packages) in zip(COMPLETED.items(), loaded(runs), strict=True):
+        assert found in printed, words
+        assert not packages & COMPUTES, words
 
 
 def test_joints_of_other_files_are_completed_in_all_notations(tmp_path: Path) -> None:

@@ -52,7 +52,7 @@ def test_numbers_out_of_their_limits(value: float) -> None:
     [
         ("angle", True, "angle of a Outer is True"),
         ("angle", "5", "angle of a Outer is '5'"),
-        ("angle", np.timedelta64(1), "angle of a Outer"),
+        ("angle", np.timedelta64(1, "s"), "angle of a Outer"),
         ("place", (1, 2), "has 2 numbers, expected three"),
         ("place", "abc", "expected three numbers"),
         ("place", (0, 0, np.nan), r"place of a Outer\[2\] is nan"),

@@ -144,8 +144,9 @@ def test_limits_are_dead_points_or_infinite() -> None:
     assert (crank.limit(-8.0), crank.limit(8.0)) == (-np.inf, np.inf)
 
 
-@pytest.mark.parametrize("before", [1e-3, 1e-6, 1e-8])
-@pytest.mark.parametrize("beyond", [1e-8, 1e-3, 1.0, 100.0])
+@pytest.mark.parametrize(
+    ("before", "beyond"), [(1e-3, 1e-8), (1e-6, 1e-3), (1e-8, 1.0), (1e-3, 100.0)]
+)
 def test_a_dead_point_is_refused_alike_from_near_and_far(before: float, beyond: float) -> None:
     branch, (_, high) = branch_of(four_bar(), "D"), rocker_range()
     branch.cover(0.0, high - before)

@@ -11,6 +11,7 @@ import pytest
 from compare import sweep_of
 from scenes import draw
 from testkit import linkages
+from testkit.bundled import EVERY_KIND
 from testkit.mixed_chain import rows
 from testkit.sdf import compare
 
@@ -93,7 +94,7 @@ def test_angles_behind_the_new_zero() -> None:
         np.testing.assert_allclose(found[link], placement, atol=1e-14)
 
 
-@pytest.mark.parametrize("name", cd.bundled_names())
+@pytest.mark.parametrize("name", EVERY_KIND)
 def test_bundled_mechanisms_have_the_same_wrenches(name: str) -> None:
     mechanism, preset = cd.load(name), PRESETS[name]
     motion = usual_motion(mechanism, samples=9).sweep().motion

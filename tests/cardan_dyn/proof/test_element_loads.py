@@ -40,16 +40,23 @@ ELEMENTS: list[Element] = [
 ]
 
 
+@pytest.fixture(scope="module")
+def mixed() -> tuple[cd.Mechanism, Frames, Screws]:
+    mechanism = cd.load(MIXED)
+    frames = Frames(reread(mechanism.description), mechanism.coordinates)
+    return mechanism, frames, Screws(frames)
+
+
 @pytest.mark.parametrize("element", ELEMENTS, ids=lambda item: type(item).__name__)
 @pytest.mark.parametrize("moving", [False, True])
-def test_both_computations_agree(element: Element, moving: bool) -> None:
-    mechanism = cd.load(MIXED)
+def test_both_computations_agree(
+    element: Element, moving: bool, mixed: tuple[cd.Mechanism, Frames, Screws]
+) -> None:
+    mechanism, frames, screws = mixed
     x, count = rows(mechanism, 12, seed=6), 12
     v = np.random.default_rng(7).uniform(-2.0, 2.0, (count, mechanism.model.nv)) * moving
     time = np.linspace(0.0, 2.0, count)
     acted = ElementForces(mechanism, [element]).at(x, v, time)
-    frames = Frames(reread(mechanism.description), mechanism.coordinates)
-    screws = Screws(frames)
     placed, velocities = screws.placing.placed(list(x.T)), None
     if moving:
         velocities = screws.absolute(screws.relative(screws.units(placed), list(v.T)))

@@ -349,7 +349,12 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.mark.parametrize(
-    "name", ["four_bar", "table", pytest.param("stewart_platform", marks=SLOW)]
+    "name",
+    [
+        "four_bar",
+        pytest.param("table", marks=pytest.mark.slow),
+        pytest.param("stewart_platform", marks=SLOW),
+    ],
 )
 def test_in_a_browser(browser: Any, pages: Callable[[str], Path], name: str) -> None:
     """No sideways scrolling at any width, nothing serious that axe finds, no network."""

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pinocchio as pin
 import pytest
+from testkit.bundled import EVERY_KIND
 from testkit.linkages import four_bar, loop
 from testkit.rows_of_loops import parallelograms, spatial, tower
 
@@ -55,7 +56,7 @@ def states(
     return result
 
 
-@pytest.mark.parametrize("name", cd.bundled_names())
+@pytest.mark.parametrize("name", EVERY_KIND)
 def test_bundled_mechanisms(name: str) -> None:
     mechanism = cd.load(name)
     closed = mechanism.coordinates.neutral()

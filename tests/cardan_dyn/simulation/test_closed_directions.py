@@ -23,7 +23,7 @@ def five_bar(heavy: float) -> cd.Mechanism:
     return cd.load(f'<robot name="five">{links}{wheels}{pins}{knees}{loop}</robot>')
 
 
-@pytest.mark.parametrize("heavy", [1.0, 1e3, 1e6, 1e9])
+@pytest.mark.parametrize("heavy", [1.0, 1e9])
 def test_links_without_mass_do_not_slow_light_wheels(heavy: float) -> None:
     scene = cd.Scene(five_bar(heavy), free=["p", "q"], loads={"q": 0.1})
     pushed = scene.simulate(1.0)
