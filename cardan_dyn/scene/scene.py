@@ -522,7 +522,7 @@ class Scene(Prescribed):
         """
         from .branches import Branches  # Most scenes need no other mode.
 
-        return Branches(self.mechanism, self._problem.independent, self._solver.assembly.modes())
+        return Branches(self.mechanism, self._problem.independent, self._solver.assembly.modes)
 
     def response(
         self, tolerance: float = 1e-13, *, interval: tuple[float, float] | None = None

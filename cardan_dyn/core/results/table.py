@@ -7,6 +7,7 @@ to something with a name, `name.quantity_x` for components.
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import os
@@ -155,6 +156,13 @@ class Table:
         given = (item for item in self.variables if item[1].is_coordinate)
         return next((column for item in given for column, _ in self._entries(*item)), "")
 
+    def _places(self, columns: Collection[str]) -> list[str]:
+        """Return the names of the columns that count samples."""
+        if len(self.samples) > 1:
+            return list(self.samples)
+        # A dimension with values, such as times, is a column.
+        return ["sample" if name in columns else name for name in self.samples]
+
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a DataFrame; see `Result.to_dataframe`."""
         try:
@@ -163,13 +171,10 @@ class Table:
             raise _missing("pandas") from error
         columns = self.columns()
         units = {name: unit for name, (_, unit) in columns.items()}
-        sizes = list(self.samples.values())
-        # A dimension with values, such as times, is a column.
-        first = next(iter(self.samples), "sample")
-        name = "sample" if first in columns else first
-        index = pandas.RangeIndex(int(np.prod(sizes)), name=name)
+        sizes, names = list(self.samples.values()), self._places(columns)
+        index = pandas.RangeIndex(int(np.prod(sizes)), name=names[0])
         if len(sizes) > 1:
-            index = pandas.MultiIndex.from_product(map(range, sizes), names=list(self.samples))
+            index = pandas.MultiIndex.from_product(map(range, sizes), names=names)
         values = {name: values for name, (values, _) in columns.items()}
         frame = pandas.DataFrame(values, index=index)
         told = {"units": units, **self.frame_attributes, **self.attributes}
@@ -216,16 +221,19 @@ class Table:
 
     def to_csv(self, path: str | os.PathLike[str], *, header: bool = True) -> Path:
         """Write a text file; see `Result.to_csv`."""
-        target, frame = file_path("path", path), self.to_dataframe()
-        units = frame.attrs["units"]
-        shown = {name: f"{name} [{units[name]}]" if units[name] else name for name in frame}
+        target, columns = file_path("path", path), self.columns()
+        shown = [f"{name} [{unit}]" if unit else name for name, (_, unit) in columns.items()]
+        values = [_told(values) for values, _ in columns.values()]
+        places = np.indices(tuple(self.samples.values())).reshape(len(self.samples), -1).tolist()
         lines = []
         if header:
             told = {name: value for name, value in self.attributes.items() if value != ""}
             lines = [f"# {name}: {' '.join(str(value).split())}\n" for name, value in told.items()]
         with writing(target) as part, part.open("w", encoding="utf-8", newline="") as file:
             file.writelines(lines)
-            frame.rename(columns=shown).to_csv(file, lineterminator="\n")
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow([*self._places(columns), *shown])
+            writer.writerows(zip(*places, *values, strict=True))
         return target
 
     def _over_samples(self, variable: Variable) -> Array:
@@ -244,6 +252,12 @@ class Table:
             pairs = zip(rest, index, strict=True)
             along = ((dim, self.labels[dim][position]) for dim, position in pairs)
             yield _column_name(name, *along), index
+
+
+def _told(values: Array) -> list[Any]:
+    """Return values as a text file has them: nothing where there is no number."""
+    listed: list[Any] = values.tolist()
+    return ["" if value != value else value for value in listed]
 
 
 def _as_json(value: Any) -> Any:
