@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import warnings
 from collections.abc import Mapping
 from typing import Any
 from xml.etree import ElementTree
@@ -197,6 +198,32 @@ def test_designs_are_samples_and_lengths_are_driven() -> None:
     ).sweep(np.linspace(-0.01, 0.02, 5))
     work = 5.0 * driven.motion.ratio("rocker_bearing")
     np.testing.assert_allclose(driven.drive_effort, work, rtol=0.0, atol=1e-11)
+
+
+def test_open_drawings_are_closed_by_what_moves_and_not_by_lengths() -> None:
+    """Drawn with all bars in line, a loop of 0.1, 0.25, 0.25 and 0.2 m is open by 0.3 m."""
+    hinge = (
+        '<joint name="{}" type="continuous"><parent link="{}"/><child link="{}"/>'
+        '<origin xyz="{} 0 0"/><axis xyz="0 0 1"/></joint>'
+    )
+    text = (
+        '<robot name="open"><link name="base"/><link name="a"/><link name="b"/><link name="c"/>'
+        + hinge.format("one", "base", "a", 0)
+        + hinge.format("two", "a", "b", 0.1)
+        + hinge.format("three", "base", "c", 0.2)
+        + '<loop name="pin" type="continuous"><axis xyz="0 0 1"/><predecessor link="b">'
+        '<origin xyz="0.25 0 0"/></predecessor><successor link="c"><origin xyz="0.25 0.01 0"/>'
+        "</successor></loop></robot>"
+    )
+    lengths = dict.fromkeys(["origin:two.x", "origin:pin.predecessor.x", "origin:three.x"], 0.0)
+    mechanism, position = cd.load(text), np.linspace(0.0, 1.0, 5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # Which of two assemblies is meant.
+        plain, held = (
+            cd.Scene(mechanism, drive="one", held=given).sweep(position).motion.position("three")
+            for given in ({}, lengths)
+        )
+    np.testing.assert_allclose(held, plain, rtol=0.0, atol=1e-12)
 
 
 def test_models_of_pinocchio_have_them() -> None:

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 
 from ...kit.arrays import EPS, Array
+from ...kit.checks import vector
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import Frozen, frozen, read_only
-from ..description.origins import origin_of, with_origins, without_origins
+from ..description.origins import PREFIX, origin_of, with_origins, without_origins
 from ..dynamics.differentiated import (
     Change,
     OfColumn,
@@ -28,12 +29,14 @@ from ..dynamics.inverse_dynamics import Inputs
 from ..dynamics.problem_solver import ProblemSolver
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..mechanics.bodies import Mass
+from ..mechanism.carried import CarriedFrame
 from ..mechanism.mechanism import Mechanism
 from ..problem.acting import Acting
 from ..problem.problem import Problem
 from .motion import Motion
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
     from pinocchio import SE3
 
     from ..description.description import LinkDescription
@@ -198,6 +201,28 @@ class Derivative(Frozen):
                 for name, is_unique in self._of.coupling_unique.items()
             }
         )
+
+    def point(self, link: str, xyz: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+        """Return how a point of a link moves `(…, 3)` [m per unit], in world axes.
+
+        Args:
+            link: name of the link, or of a frame that is fixed in one.
+            xyz: `(3,)` the point, from the origin of that and in its axes [m].
+
+        Raises:
+            ModelError: unknown link, or the parameter is a length or an angle that is not held.
+            ArgumentError: `xyz` is no `(3,)` of finite numbers.
+        """
+        of = self._of.motion
+        if self.parameter.startswith(PREFIX) and self.parameter not in of.mechanism.joints:
+            raise ModelError(
+                f"{self.parameter}: points that it moves are known where it is held: "
+                f"Scene(..., held={{{self.parameter!r}: 0.0}})",
+                name=self.parameter,
+            )
+        carrier = CarriedFrame(of.mechanism, link, vector("xyz", xyz, 3))
+        v = of.mechanism.coordinates.velocity(of.x, self._change.x)
+        return read_only(carrier.rates(of.x, v).velocity.T.reshape(*self.shape, 3))
 
     @cached_property
     def motion(self) -> MotionDerivative:
