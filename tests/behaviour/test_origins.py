@@ -201,7 +201,7 @@ def test_designs_are_samples_and_lengths_are_driven() -> None:
 
 
 def test_open_drawings_are_closed_by_what_moves_and_not_by_lengths() -> None:
-    """Drawn with all bars in line, a loop of 0.1, 0.25, 0.25 and 0.2 m is open by 0.3 m."""
+    """Drawn with all bars in line, a loop of 0.1, 0.25, 0.25 and 0.2 m is open by 0.1 m."""
     hinge = (
         '<joint name="{}" type="continuous"><parent link="{}"/><child link="{}"/>'
         '<origin xyz="{} 0 0"/><axis xyz="0 0 1"/></joint>'
@@ -212,7 +212,7 @@ def test_open_drawings_are_closed_by_what_moves_and_not_by_lengths() -> None:
         + hinge.format("two", "a", "b", 0.1)
         + hinge.format("three", "base", "c", 0.2)
         + '<loop name="pin" type="continuous"><axis xyz="0 0 1"/><predecessor link="b">'
-        '<origin xyz="0.25 0 0"/></predecessor><successor link="c"><origin xyz="0.25 0.01 0"/>'
+        '<origin xyz="0.25 0 0"/></predecessor><successor link="c"><origin xyz="0.25 0 0"/>'
         "</successor></loop></robot>"
     )
     lengths = dict.fromkeys(["origin:two.x", "origin:pin.predecessor.x", "origin:three.x"], 0.0)

@@ -11,8 +11,9 @@ import csv
 import json
 import math
 import os
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import cycle, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -142,19 +143,19 @@ class Table:
     def columns(self) -> dict[str, tuple[Array, str]]:
         """Return values `(N,)` over all samples, and their units, by names of columns."""
         found: dict[str, tuple[Array, str]] = {}
+        count = math.prod(self.samples.values())
         for name, variable in self.variables:
-            values, units = self._over_samples(variable), variable.units
-            for column, index in self._entries(name, variable):
-                selected: Any = (..., *index)
-                unit = units if isinstance(units, str) else units[index[-1]]
-                found[column] = values[selected].ravel(), unit
+            names, units = self._entries(name, variable), variable.units
+            values = self._over_samples(variable).reshape(count, len(names)).T
+            along = cycle((units,) if isinstance(units, str) else units)
+            found |= zip(names, zip(values, along, strict=False), strict=True)
         return found
 
     @property
     def abscissa(self) -> str:
         """Name of the first column that was given, such as the first drive's position, or empty."""
         given = (item for item in self.variables if item[1].is_coordinate)
-        return next((column for item in given for column, _ in self._entries(*item)), "")
+        return next((column for item in given for column in self._entries(*item)), "")
 
     def _places(self, columns: Collection[str]) -> list[str]:
         """Return the names of the columns that count samples."""
@@ -245,13 +246,11 @@ class Table:
         padded = np.reshape(variable.values, (*(sizes.get(dim, 1) for dim in self.samples), *rest))
         return np.broadcast_to(padded, (*shape, *rest))
 
-    def _entries(self, name: str, variable: Variable) -> Iterator[tuple[str, tuple[int, ...]]]:
-        """Return columns and indices of all entries of a variable beyond the samples."""
+    def _entries(self, name: str, variable: Variable) -> list[str]:
+        """Return the columns of all entries of a variable beyond the samples, in C order."""
         rest = [dim for dim in variable.dims if dim not in self.samples]
-        for index in np.ndindex(*(len(self.labels[dim]) for dim in rest)):
-            pairs = zip(rest, index, strict=True)
-            along = ((dim, self.labels[dim][position]) for dim, position in pairs)
-            yield _column_name(name, *along), index
+        every = product(*(self.labels[dim] for dim in rest))
+        return [_column_name(name, *zip(rest, entry, strict=True)) for entry in every]
 
 
 def _told(values: Array) -> list[Any]:
