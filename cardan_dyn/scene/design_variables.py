@@ -25,9 +25,6 @@ from ..kit.units import read_any
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-_TRIES = 100
-"""Random designs that are tried for each start that is wanted."""
-
 
 class DesignVariables:
     """Numbers that a search varies, each from 0 to 1 between its bounds.
@@ -84,25 +81,25 @@ class DesignVariables:
         return np.asarray(x, dtype=float)[: len(self.names)]
 
     def starts(self, count: int, seed: int = 0) -> Iterator[Array]:
-        """Yield random arrays `(n,)` of designs that can be driven.
+        """Yield arrays `(n,)`: those of some random designs that can be driven.
 
         Args:
-            count: how many.
+            count: how many designs are drawn.
             seed: of the random numbers.
 
         Raises:
-            CardanError: of a hundred times as many designs, fewer can; what the last one lacks.
+            CardanError: none of them can be driven; what the last one lacks.
         """
-        rng = np.random.default_rng(seed)
-        tries, wanted = _TRIES * whole("count", count), count
-        while wanted:
-            x, tries = rng.random(len(self.names)), tries - 1
-            sweep = self._swept(x.tobytes())
-            if isinstance(sweep, Sweep):
-                wanted -= 1
+        drawn = np.random.default_rng(seed).random((whole("count", count), len(self.names)))
+        swept: Sweep | CardanError | None = None
+        driven = 0
+        for x in drawn:
+            swept = self._swept(x.tobytes())
+            if isinstance(swept, Sweep):
+                driven += 1
                 yield x
-            elif not tries:
-                raise sweep
+        if isinstance(swept, CardanError) and not driven:
+            raise swept
 
     def quantity(
         self, value: Callable[[Sweep], Any], change: Callable[[Sweep, Derivative], Any]

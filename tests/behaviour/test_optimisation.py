@@ -211,8 +211,8 @@ def test_a_search_that_begins_where_nothing_closes_says_why() -> None:
     assert np.all(np.isinf(array(open_by)))
     assert array(open_by).shape == PHI.shape
     np.testing.assert_array_equal(array.jac(open_by), np.zeros((24, 3)))
-    found = list(wide.starts(2, seed=3))
-    assert len(found) == 2
+    found = list(wide.starts(8, seed=3))
+    assert 2 <= len(found) < 8
     assert all(np.all(np.isfinite(array(x))) for x in found)
     assert not np.array_equal(found[0], found[1])
 
@@ -225,9 +225,9 @@ def test_starts_end_where_nothing_closes() -> None:
         raise cd.AssemblyError("the loops cannot be closed", residual=1.0)
 
     with pytest.raises(cd.AssemblyError, match="cannot be closed"):
-        next(cd.DesignVariables(never, WIDE).starts(1))
-    assert len(tried) == 100
-    assert len({tuple(values.values()) for values in tried}) == 100
+        next(cd.DesignVariables(never, WIDE).starts(5))
+    assert len(tried) == 5
+    assert len({tuple(values.values()) for values in tried}) == 5
 
 
 def test_what_is_not_finite_is_refused(linkage: cd.DesignVariables) -> None:
