@@ -28,6 +28,7 @@ TASKS = (
     "many_designs",
     "waiting",
     "short_calls",
+    "in_a_loop",
     "skipping",
     "start_up",
     "long_time",

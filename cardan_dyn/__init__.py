@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from .scene.branches import Branches
     from .scene.closing import close, couple
     from .scene.describe import describe
+    from .scene.design_variables import DesignVariables
     from .scene.drives import Drive, Drives
     from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
@@ -84,6 +85,7 @@ _MODULES = {
     "Bushing": ".core.elements.bushing",
     "CardanError": ".kit.errors",
     "Configuration": ".core.mechanism.configuration",
+    "DesignVariables": ".scene.design_variables",
     "Drive": ".scene.drives",
     "Drives": ".scene.drives",
     "Equilibrium": ".motion.simulation.equilibrium",
@@ -154,6 +156,7 @@ __all__ = [
     "CardanError",
     "Configuration",
     "Derivative",
+    "DesignVariables",
     "Drive",
     "Drives",
     "Equilibrium",

@@ -132,7 +132,7 @@ def interface() -> str:
             "write",
             "bundled_names",
         ),
-        "scenes": ("Scene", "Wrench", "described_elements", "view", "study"),
+        "scenes": ("Scene", "Wrench", "described_elements", "view", "study", "DesignVariables"),
         "force elements": (
             *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator"),
             *("PointActuator", "PinContact"),

@@ -3,5 +3,5 @@
 `scene` is the facade: arguments in, results out, no arithmetic. `plan`, `branches`, `describe` and
 `assembling` answer what does not need drive positions; `drives` finds which coordinates can drive a
 mechanism and how far, `usual_motion` moves it where nobody says how (`presets` of the bundled
-ones).
+ones). `design_variables` hands what varies, and its gradients, to SciPy's solvers.
 """

@@ -65,7 +65,8 @@ class Scene(Prescribed):
             `equilibrium` and `cardan_dyn.vibration`.
         held: joints whose position the scene fixes, to their coordinates [rad or m]; those of
             several to an array of theirs, a ball's also to a unit quaternion. The moment
-            or force that holds them is a result.
+            or force that holds them is a result. Any length or angle of the description as well,
+            `origin:JOINT.x`, by how much it is greater, see `Mechanism.adjustable`.
         loads: what acts on the mechanism. A joint's name with an effort of any shape [N·m or N],
             positive in the sense of the joint's coordinate; a link's name with a `Wrench`, or with
             `(..., 6)`: force and moment about the link's origin in the link's axes. A `fixed`
@@ -524,7 +525,7 @@ class Scene(Prescribed):
         """
         from .branches import Branches  # Most scenes need no other mode.
 
-        return Branches(self.mechanism, self._problem.independent, self._solver.assembly.modes())
+        return Branches(self.mechanism, self._problem.independent, self._solver.assembly.modes)
 
     def response(
         self, tolerance: float = 1e-13, *, interval: tuple[float, float] | None = None

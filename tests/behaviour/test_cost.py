@@ -53,6 +53,31 @@ def test_the_range_of_a_drive_is_found_once() -> None:
     assert scene.motion_range() == found
 
 
+def test_what_a_scene_knows_serves_others_that_differ_in_what_acts() -> None:
+    """Other loads and gravity are solved and proven by what was made; modes are found once."""
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -5.0})
+    scene.sweep(np.linspace(0.0, 2.0 * np.pi, 400))
+    given = iter(np.linspace(0.1, 2.0, 100).tolist())
+
+    def replaced(**changes: Any) -> Any:
+        return lambda: scene.replace(**changes).sweep([next(given)])
+
+    loads, gravity = replaced(loads={"rocker_bearing": 3.0}), replaced(gravity=(0.0, -9.81, 0.0))
+    for run in 3 * (loads, gravity, scene.branches):  # The first ones make what is kept.
+        run()
+    once = calls(lambda: scene.sweep([next(given)]))
+    assert max(calls(loads), calls(gravity)) < 3 * once
+    assert calls(scene.branches) < 150
+    # What they share depends on nothing in which they differ.
+    spring = [cd.JointSpring("crank_pin", stiffness=8.0)]
+    for changes in ({"elements": spring}, {"outputs": ["crank_pin"]}, {"loads": None}):
+        found = scene.replace(**changes).sweep([0.7], speed=2.0)
+        arguments = {"loads": {"rocker_bearing": -5.0}, **changes}
+        expected = cd.Scene(scene.mechanism, drive="crank_bearing", **arguments)
+        wanted = expected.sweep([0.7], speed=2.0)["crank_pin"].force
+        np.testing.assert_allclose(found["crank_pin"].force, wanted, rtol=0.0, atol=1e-12)
+
+
 def test_calls_for_what_computes_little() -> None:
     """One position costs its calls, not its numbers; of a response, likewise; and so do scenes."""
     joint = cd.load("universal_joint")

@@ -315,6 +315,8 @@ class Description(Value):
         gravity: `(3,)` acceleration of free fall in world axes [m/s²], which scenes take where they
             ask for that of the description; None where its notation has none.
         states_gravity: whether the author wrote it; else it is the format's default.
+        origins: names of joints that are lengths and angles of it, see `origins`; its source knows
+            nothing of them.
     """
 
     name: str
@@ -338,6 +340,7 @@ class Description(Value):
     )
     gravity: np.ndarray | None = field(default=None, compare=False)
     states_gravity: bool = field(default=False, compare=False)
+    origins: tuple[str, ...] = field(default=(), compare=False)
 
     def displaced(self, by: Mapping[tuple[str, bool], np.ndarray]) -> Description:
         """Return the description with frames of joints and ends of loops elsewhere.

@@ -44,9 +44,13 @@ _VANISHING = 1e-150
 def reread(description: Description) -> Description:
     """Return a description with the numbers of its text: masses, origins, axes, ratios.
 
-    Loops and couplings that were added are read from their own text, and frames that were displaced
-    are displaced again.
+    Loops and couplings that were added are read from their own text, frames that were displaced are
+    displaced again, and lengths and angles that can move can do so again.
     """
+    if description.origins:
+        from .origins import with_origins, without_origins
+
+        return with_origins(reread(without_origins(description)), description.origins)
     by = {item[:2]: item.matrix for item in description.displacements}
     result = description.undisplaced() if by else description
     result = _with_added(result) if result.added else _reread(result)

@@ -124,8 +124,8 @@ class OfOrigin(Parameter):
         if tree.spins or tree.gears:
             raise ModelError(
                 f"{self.name}: the lines of idle rods and the teeth of gears depend on it, of "
-                "which derivatives are not known; of gears, make the joint adjustable and "
-                "differentiate by its coordinate; of rods, drive or hold their spins"
+                "which derivatives are not known; of gears, couple them by forces='none'; of rods, "
+                "drive or hold their spins"
             )
         of_tree, of_links = _slope(numbers, self.weights)
         return of_tree, of_links

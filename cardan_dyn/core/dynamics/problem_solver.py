@@ -152,7 +152,8 @@ class ProblemSolver(Frozen):
         Args:
             problem: the problem to solve.
             like: solver of a similar problem. Its assembly, with all that it has learned about the
-                motion, is shared if the problems differ in nothing that the motion depends on.
+                motion, is shared if the problems differ in nothing that the motion depends on, and
+                what it has made besides if they differ in what sweeps say anew.
             varied: see the attribute. With them, `like` solves the same problem without.
         """
         self.problem, self.varied = problem, varied
@@ -167,6 +168,11 @@ class ProblemSolver(Frozen):
             self.assembly: Assembly = Assembly(problem, varied, like.assembly)
         elif like is not None and problem.moves_like(like.problem):
             self.assembly, self._proven_flags = like.assembly, like._proven_flags
+            if problem.solved_like(like.problem):
+                made = ("_kinematics", "inverse_dynamics", "taped")
+                self.__dict__ |= {
+                    name: like.__dict__[name] for name in made if name in like.__dict__
+                }
         else:
             self.assembly = Assembly(problem)
         self._freeze()

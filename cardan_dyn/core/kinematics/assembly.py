@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -188,8 +189,9 @@ class Assembly:
         branch = self._guesses.branch
         return (-np.inf, np.inf) if branch is None else branch.reach
 
+    @cached_property
     def modes(self) -> AssemblyModes:
-        """Return the assembly modes with the drives where the description's own mode starts.
+        """The assembly modes with the drives where the description's own mode starts.
 
         Those of all loops, so that a name means the same mode whatever the outputs are; but of the
         solved loops only where nothing decides the motion of others.
@@ -200,7 +202,7 @@ class Assembly:
         division = self._of_open_loops
         if len(division.needed.motion) < len(division.groups):
             try:
-                return self.with_all_loops(_FIRST_MODE).modes()
+                return self.with_all_loops(_FIRST_MODE).modes
             except MobilityError:
                 pass
         return assembly_modes(
@@ -224,7 +226,7 @@ class Assembly:
         """Return closed coordinates `(size,)` of an assembly mode, by its name."""
         from .assembly_modes import mode_name
 
-        modes = self.modes()
+        modes = self.modes
         named = modes.named()
         if name not in named:
             poses = [mode_name(pose) for pose in range(len(modes.poses))]

@@ -59,6 +59,11 @@ class _Way:
         passives = frozenset(self._problem.passive_columns.tolist())
         self._left_out = passives.difference(self._needed.tolist())
 
+    def _fixed(self) -> dict[str, float]:
+        """Return what is fixed in the description, which closes no loop that is open there."""
+        base = self._mechanism.base.joints
+        return {name: 0.0 for name in self._mechanism.joints if name not in base}
+
     def states(self) -> tuple[list[Array], str]:
         """Return closed coordinates on it, see `states_to_start`, and of what to warn."""
         division, states = self._division, [self._begun()]
@@ -97,7 +102,7 @@ class _Way:
                     raise
                 ended = error
         try:
-            return self._searched(wanted, problem.near)
+            return self._searched(wanted, {**self._fixed(), **problem.near})
         except AssemblyError as error:
             # An end of the way says more: how far the joints could be followed.
             told = ended if isinstance(ended, AssemblyError) else error
@@ -183,7 +188,7 @@ class _Way:
             state = self._kinematics.close(zero[None, :], most=MOST_STEPS)
             # While no step was shortened, this is the assembly mode that the zero is nearest to.
             if not (state.residual[0] < CLOSURE_TOLERANCE and state.correction[0] < LONGEST_STEP):
-                return nearest(self._searched(zero, {}))
+                return nearest(self._searched(zero, self._fixed()))
             if state.correction[0] > SAFE_CORRECTION:
                 from ..proof.closed_positions import refuse_left  # Most zeros are closed and stay.
 

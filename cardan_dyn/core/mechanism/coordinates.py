@@ -272,6 +272,16 @@ class Coordinates:
             rates[:, self._quaternions] = quaternion_product(x[:, self._quaternions], spins)
         return rates
 
+    def velocity(self, x: Array, rates: Array) -> Array:
+        """Return the joint velocities `(N, nv)` of which `rates (N, size)` are the derivative."""
+        v = np.zeros((len(x), self.model.nv))
+        v[:, self.scalars.velocities] = rates[:, self.scalars.columns]
+        if len(self._spins):
+            back = x[:, self._quaternions] * [-1.0, -1.0, -1.0, 1.0]
+            turning = quaternion_product(back, rates[:, self._quaternions])
+            v[:, self._spins] = 2.0 * turning[..., :3]
+        return v
+
     def curvature(self, x: Array, v: Array, a: Array) -> Array:
         """Return second time derivatives `(N, size)` of the rows `x`.
 

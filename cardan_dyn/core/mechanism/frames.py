@@ -86,6 +86,7 @@ class Frames:
         fixed_placement: per joint without motion, its `(4, 4)` placement in that frame.
         tree: how many joints the tree has; the loops follow them.
         links: link to the index of its body, -1 for the world, and its `(4, 4)` placement there.
+        origins: joints that are lengths and angles of the description.
         corner: `(3,)` the point about which moments are taken, so that no digits are lost far from
             the world's origin.
     """
@@ -101,6 +102,7 @@ class Frames:
         self._cardan = coordinates.cardan
         self.links = self._add_tree(description)
         self._described = description
+        self.origins = frozenset(description.origins)
         self.tree = len(self.joints)
         self.ends = [self._add_loop(loop) for loop in description.loops]
         self.bodies = self._bodies(description)

@@ -133,8 +133,12 @@ class Mechanism(Frozen):
         self.loops = tuple(
             weld(loop, self.links, self.joints[loop.name].id) for loop in description.loops
         )
+        # What a length or an angle adds to the motion between links is no motion that is coupled.
+        described = {
+            name: self.joints[name] for name in self.joints if name not in description.origins
+        }
         self.couplings = tuple(
-            coupling_of(item, self.model, self.joints, self.links) for item in description.couplings
+            coupling_of(item, self.model, described, self.links) for item in description.couplings
         )
         self.teeth: tuple[Teeth, ...] = ()
         if any(item.mesh for item in description.couplings):
@@ -185,8 +189,8 @@ class Mechanism(Frozen):
 
     def __reduce__(self) -> tuple[object, ...]:
         if self._base is not None:
-            moving = sorted(self._base.adjustable.keys() & self.joints.keys())
-            return _variant, (self._base, sorted(self.coordinates.cardan), moving)
+            moving = self._base.adjustable.keys() & self.joints.keys() | {*self.description.origins}
+            return _variant, (self._base, sorted(self.coordinates.cardan), sorted(moving))
         return Mechanism, (self.description,)
 
     @cached_property
@@ -323,19 +327,29 @@ class Mechanism(Frozen):
         """Fixed joints that become movable in scenes that hold or drive them, and what they become.
 
         At zero they are where they are fixed; `<joint type="fixed" adjustable="revolute">` in URDF.
+        Beside these, every length and angle of a description can be held or driven, by the names
+        that `Sweep.derivative` has for them: `origin:JOINT.x` and so on.
         """
         joints = self.base.description.joints
         return FrozenDict({item.name: item.adjustable for item in joints if item.adjustable})
+
+    def is_adjustable(self, name: object) -> bool:
+        """Return whether a name is that of an adjustable joint, or says a length or an angle."""
+        if not isinstance(name, str) or name in self.base.joints:
+            return False
+        return name in self.adjustable or name.startswith("origin:")
 
     def variant(self, cardan: Collection[str] = (), adjusted: Collection[str] = ()) -> Mechanism:
         """Return the mechanism in which balls are three turns and adjustable joints can move.
 
         Args:
             cardan: names of joints whose balls are turns; those without make no difference.
-            adjusted: names of the adjustable joints that can move.
+            adjusted: names of the adjustable joints that can move, and of lengths and angles, see
+                `adjustable`.
 
         Raises:
             ModelError: no such joint.
+            ArgumentError: no such component of a placement.
         """
         base, moving = self.base, frozenset(adjusted)
         key = frozenset(name for name in cardan if base.joint(name).has_ball), moving
@@ -343,6 +357,10 @@ class Mechanism(Frozen):
             return base
         if key not in base._variants:
             description = base.description.with_moving(moving) if moving else base.description
+            if lengths := moving - base.adjustable.keys():
+                from ..description.origins import with_origins  # Few scenes change any.
+
+                description = with_origins(description, lengths)
             # Of those that threads make at the same time, all of them get the first.
             base._variants.setdefault(key, Mechanism(description, base, key[0]))
         return base._variants[key]
@@ -566,7 +584,7 @@ def _why_no_joint(mechanism: Mechanism, name: object) -> str:
     """Return why a name is that of no joint, for messages."""
     if isinstance(name, str) and name in mechanism.drivable:
         return f"{name!r} is a coordinate; name its joint, {mechanism.drivable[name].joint!r}"
-    if isinstance(name, str) and name in mechanism.adjustable:
+    if mechanism.is_adjustable(name):
         return (
             f"joint {name!r} is adjustable, and rigid unless a scene holds or drives it; to have "
             f"its wrench or motion, hold it: held={{{name!r}: 0.0}}"

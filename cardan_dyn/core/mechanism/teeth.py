@@ -118,7 +118,7 @@ def teeth_of(
     if not shared:
         raise ModelError(
             f"{at}: joints {pair[0].name!r} and {pair[1].name!r} have no link in common; gears "
-            "turn in one housing, or on one carrier"
+            "turn in one housing, or on one carrier, and the lengths of these cannot be held"
         )
     (carrier,) = shared
     senses = [1.0 if parent == carrier else -1.0 for parent, _ in bodies]

@@ -160,7 +160,7 @@ def with_named(mechanism: Mechanism, named: Iterable[str], moving: Iterable[str]
     drivable, every = mechanism.base.drivable, set(named)
     # The slides of a floating joint are no angles of its ball.
     turning = (drivable[name] for name in every & drivable.keys() if not drivable[name].slides)
-    adjusted = set(moving) & mechanism.adjustable.keys()
+    adjusted = {name for name in moving if mechanism.is_adjustable(name)}
     return mechanism.variant({item.joint for item in turning}, adjusted)
 
 
@@ -378,7 +378,7 @@ def split_loads(
             efforts[name] = numbers(label, value)
             if not efforts[name].size:
                 raise ArgumentError(f"{label} is empty")
-        elif name in mechanism.adjustable and name not in mechanism.links:
+        elif mechanism.is_adjustable(name) and name not in mechanism.links:
             check_single(mechanism, name, "loaded joint")
         elif name in mechanism.link_frames:
             wrenches[name] = _link_load(mechanism, name, label, value)

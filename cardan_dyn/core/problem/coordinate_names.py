@@ -17,7 +17,7 @@ def check_single(mechanism: Mechanism, name: object, role: str) -> None:
     """
     if isinstance(name, str) and name in mechanism.drivable:
         return
-    if isinstance(name, str) and name in mechanism.adjustable:
+    if mechanism.is_adjustable(name):
         raise ArgumentError(f"{role} {name!r} is fixed in this scene; hold it there as well")
     if isinstance(name, str) and name not in mechanism and "." in name:
         joint_name, _, coordinate = name.rpartition(".")

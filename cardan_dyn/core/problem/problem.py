@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,8 @@ _DECIDE_ASSEMBLY = frozenset(
     {"mechanism", "independent", "held", "near", "near_balls", "branch", "outputs", "all_outputs"}
 )
 """Attributes of a problem that decide how its loops are closed."""
+_GIVEN_TO_SWEEPS = frozenset({"joint_loads", "link_loads", "gravity", "strict"})
+"""Attributes that a solver is told anew with every sweep."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -75,14 +77,22 @@ class Problem(Record):
 
         Mechanisms and loads on links count as equal only if they are the same objects.
         """
-        names = (field.name for field in fields(self))
-        return {name for name in names if not _equal(getattr(self, name), getattr(other, name))}
+        own, others = self.__dict__, other.__dict__
+        return {
+            name
+            for name in self.__dataclass_fields__
+            if own[name] is not others[name] and not _equal(own[name], others[name])
+        }
 
     def moves_like(self, other: Problem) -> bool:
         """Return whether the loops of another problem are closed alike."""
         if self.differs_from(other) & _DECIDE_ASSEMBLY:
             return False
         return self.element_bodies == other.element_bodies
+
+    def solved_like(self, other: Problem) -> bool:
+        """Return whether the same solver serves another problem: it is told all that differs."""
+        return self.differs_from(other) <= _GIVEN_TO_SWEEPS
 
     def driving(self, names: tuple[str, ...]) -> Problem:
         """Return the problem in which some held joints are independent, after the others."""
@@ -208,7 +218,7 @@ class Problem(Record):
 
 def _equal(first: object, second: object) -> bool:
     """Return whether two attributes of the same name are equal."""
-    if isinstance(first, Mapping) and isinstance(second, Mapping):
+    if isinstance(first, dict) and isinstance(second, dict):
         # The order counts: joints are brought to their positions one after the other.
         return list(first) == list(second) and all(map(_equal, first.values(), second.values()))
     if isinstance(first, np.ndarray):

@@ -327,7 +327,7 @@ def coupled_joints(
     if coupling.of_joints:
         return [coupling.predecessor], [coupling.successor]
     first, second = (
-        {frames.joints[joint] for joint in frames.path(frames.links[link][0])}
+        {frames.joints[joint] for joint in frames.path(frames.links[link][0])} - frames.origins
         for link in (coupling.predecessor, coupling.successor)
     )
     # Joints on both paths move both links alike, which the coupling does not feel.

@@ -9,11 +9,12 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
-import pinocchio
 
 from ...kit.arrays import EPS, Array
+from ...kit.checks import vector
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import Frozen, frozen, read_only
+from ..description.origins import PREFIX, origin_of, with_origins, without_origins
 from ..dynamics.differentiated import (
     Change,
     OfColumn,
@@ -28,18 +29,20 @@ from ..dynamics.inverse_dynamics import Inputs
 from ..dynamics.problem_solver import ProblemSolver
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..mechanics.bodies import Mass
+from ..mechanism.carried import CarriedFrame
 from ..mechanism.mechanism import Mechanism
 from ..problem.acting import Acting
 from ..problem.problem import Problem
 from .motion import Motion
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
     from pinocchio import SE3
 
     from ..description.description import LinkDescription
     from ..tape import Scalar
 
-_AXES, _PLACED = "xyz", ("x", "y", "z", "roll", "pitch", "yaw")
+_AXES = "xyz"
 _FORMS = (
     "a driven or held coordinate, 'speed:DRIVE', 'acceleration:DRIVE', 'load:JOINT', 'gravity.x', "
     "'mass:LINK', 'centre:LINK.x', 'inertia:LINK.xx', 'origin:JOINT.x' (y, z, roll, pitch, yaw), "
@@ -199,6 +202,28 @@ class Derivative(Frozen):
             }
         )
 
+    def point(self, link: str, xyz: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+        """Return how a point of a link moves `(…, 3)` [m per unit], in world axes.
+
+        Args:
+            link: name of the link, or of a frame that is fixed in one.
+            xyz: `(3,)` the point, from the origin of that and in its axes [m].
+
+        Raises:
+            ModelError: unknown link, or the parameter is a length or an angle that is not held.
+            ArgumentError: `xyz` is no `(3,)` of finite numbers.
+        """
+        of = self._of.motion
+        if self.parameter.startswith(PREFIX) and self.parameter not in of.mechanism.joints:
+            raise ModelError(
+                f"{self.parameter}: points that it moves are known where it is held: "
+                f"Scene(..., held={{{self.parameter!r}: 0.0}})",
+                name=self.parameter,
+            )
+        carrier = CarriedFrame(of.mechanism, link, vector("xyz", xyz, 3))
+        v = of.mechanism.coordinates.velocity(of.x, self._change.x)
+        return read_only(carrier.rates(of.x, v).velocity.T.reshape(*self.shape, 3))
+
     @cached_property
     def motion(self) -> MotionDerivative:
         """How positions, velocities, accelerations and velocity ratios change."""
@@ -263,11 +288,11 @@ def _parameter(swept: Swept, name: object) -> Parameter:
     drives, rates = problem.independent, problem.mechanism.model.nv
     prescribed = (*drives, *problem.held)
     first_effort = 2 * len(drives) + 3
+    if name in prescribed:
+        return OfColumn(name, problem.mechanism.coordinates.columns_of([name])[0])
     if not colon:
         if match := re.fullmatch(r"gravity\.([xyz])", name):
             return OfRow(name, 2 * len(drives) + _AXES.index(match[1]))
-        if name in prescribed:
-            return OfColumn(name, problem.mechanism.coordinates.columns_of([name])[0])
         raise ModelError(
             f"{name!r} is nothing that the scene drives or holds: {choices(prescribed, name)}; "
             f"a parameter is {_FORMS}",
@@ -295,7 +320,7 @@ def _parameter(swept: Swept, name: object) -> Parameter:
     if kind in ("mass", "centre", "inertia"):
         return _of_mass(problem, name, kind, of)
     if kind == "origin":
-        return _of_origin(problem, name, of)
+        return _of_origin(problem, name)
     if kind in ("stiffness", "damping"):
         return _of_element(problem, name, kind, of)
     raise ArgumentError(f"{name!r} says no parameter; one is {_FORMS}")
@@ -363,52 +388,17 @@ def _of_element(problem: Problem, name: str, kind: str, of: str) -> OfElement:
     return OfElement(name, index, (more, less), ends[0] - ends[1])
 
 
-def _of_origin(problem: Problem, name: str, of: str) -> OfOrigin:
+def _of_origin(problem: Problem, name: str) -> OfOrigin:
     """Return a length or an angle of a placement; arguments and errors as of `_parameter`."""
-    mechanism, (joint, _, component) = problem.mechanism, of.rpartition(".")
+    mechanism = problem.mechanism
     description = mechanism.description
-    places: dict[str, tuple[Any, str]] = {
-        item.name: (item, "origin") for item in description.joints
-    }
-    for loop in description.loops:
-        places[f"{loop.name}.predecessor"] = loop, "predecessor_origin"
-        places[f"{loop.name}.successor"] = loop, "successor_origin"
-    if joint not in places:
-        raise ModelError(f"{name!r}: joints are {choices(places, joint)}", name=joint)
-    item, field = places[joint]
-    if component not in _PLACED:
-        raise ArgumentError(f"{name!r}: name a component: {choices(_PLACED)}")
-    placement = getattr(item, field)
-    rotation = placement[:3, :3]
-    across = np.array([-rotation[1, 0], rotation[0, 0], 0.0])
-    level = float(np.linalg.norm(across))
-    if component == "pitch" and level < np.sqrt(EPS):
-        raise ModelError(
-            f"{name!r}: at a pitch of 90°, roll and yaw turn about the same axis, so that the "
-            "rotation does not tell the yaw, which decides what the pitch turns about; "
-            "differentiate by roll and yaw, or place the joint otherwise"
-        )
-    # In the parent's axes. Whatever angles write a rotation, they are the same.
-    turns_about = {
-        "roll": rotation[:, 0],
-        "pitch": across / (level or 1.0),
-        "yaw": np.array([0.0, 0.0, 1.0]),
-    }
+    plain = without_origins(description)
+    origin = origin_of(plain, name)
 
     def displaced(by: float) -> Mechanism:
-        moved = placement.copy()
-        if component in turns_about:
-            moved[:3, :3] = pinocchio.exp3(by * turns_about[component]) @ rotation
-        else:
-            moved[_AXES.index(component), 3] += by
-        kind = "joints" if field == "origin" else "loops"
-        own = tuple(
-            replace(other, **{field: moved}) if other is item else other
-            for other in getattr(description, kind)
-        )
-        changed = replace(description, **{kind: cast(Any, own)})
+        changed = with_origins(origin.displaced(plain, by), description.origins)
         return Mechanism(changed, mechanism.base, mechanism.coordinates.cardan)
 
-    if component in turns_about:
+    if origin.turns:
         return OfOrigin.of_angle(name, displaced)
     return OfOrigin.of_length(name, displaced, mechanism.characteristic_length)

@@ -67,7 +67,6 @@ class Result:
 
         Raises:
             ArgumentError: no path, or the file cannot be written.
-            MissingExtraError: pandas is not installed.
         """
         return self.table().to_csv(path, header=header)
 

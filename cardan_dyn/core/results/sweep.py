@@ -528,8 +528,8 @@ class Sweep(MotionResult):
         1e-11; all numbers of elements that parameters name are exact.
 
         Args:
-            parameters: one, or several, in SI units: a driven or held coordinate (a length or an
-                angle of the mechanism, see `Mechanism.adjustable`, is held); `speed:DRIVE`,
+            parameters: one, or several, in SI units: a driven or held coordinate (which a length
+                or an angle of the mechanism may be, see `Mechanism.adjustable`); `speed:DRIVE`,
                 `acceleration:DRIVE`; `load:JOINT`, or `load:LINK.force_x` (… `moment_z`) of a link
                 with a load in the sweep, in the load's axes; `gravity.x` (`.y`, `.z`); `mass:LINK`,
                 with its centre and inertia about it as they are; `centre:LINK.x` and

@@ -7,11 +7,13 @@ to something with a name, `name.quantity_x` for components.
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import os
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import cycle, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -141,19 +143,26 @@ class Table:
     def columns(self) -> dict[str, tuple[Array, str]]:
         """Return values `(N,)` over all samples, and their units, by names of columns."""
         found: dict[str, tuple[Array, str]] = {}
+        count = math.prod(self.samples.values())
         for name, variable in self.variables:
-            values, units = self._over_samples(variable), variable.units
-            for column, index in self._entries(name, variable):
-                selected: Any = (..., *index)
-                unit = units if isinstance(units, str) else units[index[-1]]
-                found[column] = values[selected].ravel(), unit
+            names, units = self._entries(name, variable), variable.units
+            values = self._over_samples(variable).reshape(count, len(names)).T
+            along = cycle((units,) if isinstance(units, str) else units)
+            found |= zip(names, zip(values, along, strict=False), strict=True)
         return found
 
     @property
     def abscissa(self) -> str:
         """Name of the first column that was given, such as the first drive's position, or empty."""
         given = (item for item in self.variables if item[1].is_coordinate)
-        return next((column for item in given for column, _ in self._entries(*item)), "")
+        return next((column for item in given for column in self._entries(*item)), "")
+
+    def _places(self, columns: Collection[str]) -> list[str]:
+        """Return the names of the columns that count samples."""
+        if len(self.samples) > 1:
+            return list(self.samples)
+        # A dimension with values, such as times, is a column.
+        return ["sample" if name in columns else name for name in self.samples]
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a DataFrame; see `Result.to_dataframe`."""
@@ -163,13 +172,10 @@ class Table:
             raise _missing("pandas") from error
         columns = self.columns()
         units = {name: unit for name, (_, unit) in columns.items()}
-        sizes = list(self.samples.values())
-        # A dimension with values, such as times, is a column.
-        first = next(iter(self.samples), "sample")
-        name = "sample" if first in columns else first
-        index = pandas.RangeIndex(int(np.prod(sizes)), name=name)
+        sizes, names = list(self.samples.values()), self._places(columns)
+        index = pandas.RangeIndex(int(np.prod(sizes)), name=names[0])
         if len(sizes) > 1:
-            index = pandas.MultiIndex.from_product(map(range, sizes), names=list(self.samples))
+            index = pandas.MultiIndex.from_product(map(range, sizes), names=names)
         values = {name: values for name, (values, _) in columns.items()}
         frame = pandas.DataFrame(values, index=index)
         told = {"units": units, **self.frame_attributes, **self.attributes}
@@ -216,16 +222,19 @@ class Table:
 
     def to_csv(self, path: str | os.PathLike[str], *, header: bool = True) -> Path:
         """Write a text file; see `Result.to_csv`."""
-        target, frame = file_path("path", path), self.to_dataframe()
-        units = frame.attrs["units"]
-        shown = {name: f"{name} [{units[name]}]" if units[name] else name for name in frame}
+        target, columns = file_path("path", path), self.columns()
+        shown = [f"{name} [{unit}]" if unit else name for name, (_, unit) in columns.items()]
+        values = [_told(values) for values, _ in columns.values()]
+        places = np.indices(tuple(self.samples.values())).reshape(len(self.samples), -1).tolist()
         lines = []
         if header:
             told = {name: value for name, value in self.attributes.items() if value != ""}
             lines = [f"# {name}: {' '.join(str(value).split())}\n" for name, value in told.items()]
         with writing(target) as part, part.open("w", encoding="utf-8", newline="") as file:
             file.writelines(lines)
-            frame.rename(columns=shown).to_csv(file, lineterminator="\n")
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow([*self._places(columns), *shown])
+            writer.writerows(zip(*places, *values, strict=True))
         return target
 
     def _over_samples(self, variable: Variable) -> Array:
@@ -237,13 +246,17 @@ class Table:
         padded = np.reshape(variable.values, (*(sizes.get(dim, 1) for dim in self.samples), *rest))
         return np.broadcast_to(padded, (*shape, *rest))
 
-    def _entries(self, name: str, variable: Variable) -> Iterator[tuple[str, tuple[int, ...]]]:
-        """Return columns and indices of all entries of a variable beyond the samples."""
+    def _entries(self, name: str, variable: Variable) -> list[str]:
+        """Return the columns of all entries of a variable beyond the samples, in C order."""
         rest = [dim for dim in variable.dims if dim not in self.samples]
-        for index in np.ndindex(*(len(self.labels[dim]) for dim in rest)):
-            pairs = zip(rest, index, strict=True)
-            along = ((dim, self.labels[dim][position]) for dim, position in pairs)
-            yield _column_name(name, *along), index
+        every = product(*(self.labels[dim] for dim in rest))
+        return [_column_name(name, *zip(rest, entry, strict=True)) for entry in every]
+
+
+def _told(values: Array) -> list[Any]:
+    """Return values as a text file has them: nothing where there is no number."""
+    listed: list[Any] = values.tolist()
+    return ["" if value != value else value for value in listed]
 
 
 def _as_json(value: Any) -> Any:

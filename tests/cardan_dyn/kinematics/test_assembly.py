@@ -117,7 +117,7 @@ def test_a_wrong_mobility_explains_why_a_held_joint_cannot_move() -> None:
 def test_assembly_modes_have_names() -> None:
     mechanism = four_bar()
     assembly = assembly_of(mechanism, "A")
-    modes = assembly.modes().named()
+    modes = assembly.modes.named()
     assert list(modes) == ["A", "B"]
     np.testing.assert_allclose(modes["A"], assembly.start, atol=1e-12)
     second = assembly_of(mechanism, "A", branch="B")
@@ -126,7 +126,7 @@ def test_assembly_modes_have_names() -> None:
     np.testing.assert_allclose(pin_distance(mechanism, x), COUPLER, rtol=1e-12)
     assert abs(values(mechanism, x, "D")[0]) > 0.5
     # Names are those of the description's mode, whichever mode the scene has.
-    assert list(second.modes().named()) == ["A", "B"]
+    assert list(second.modes.named()) == ["A", "B"]
     with pytest.raises(cd.ArgumentError, match="branch 'C' does not exist; branches: A, B"):
         assembly_of(mechanism, "A", branch="C")
 

@@ -127,7 +127,7 @@ def test_names_do_not_depend_on_the_size_of_a_mechanism_nor_on_how_it_stands(nam
     def named(mechanism: cd.Mechanism) -> dict[str, np.ndarray]:
         scene = cd.Scene(mechanism, drive="bearing_in", held=joints)
         columns = mechanism.coordinates.angle_columns
-        modes = scene.solver.assembly.modes().named()
+        modes = scene.solver.assembly.modes.named()
         return {key: np.exp(1j * state[columns]) for key, state in modes.items()}
 
     expected = named(cd.load(name))

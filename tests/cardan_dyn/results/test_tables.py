@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import json
 import sys
@@ -361,14 +362,35 @@ def read_exactly(file: Any, like: pandas.DataFrame) -> pandas.DataFrame:
 def test_half_a_text_file_does_not_stay(
     turn: cd.Sweep, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(_: pandas.DataFrame, file: Any, **__: Any) -> None:
-        file.write("sample,position [rad]\n0,0.0")
-        raise KeyboardInterrupt
+    class Interrupted:
+        def __init__(self, file: Any, **_: Any) -> None:
+            self.file = file
 
-    monkeypatch.setattr(pandas.DataFrame, "to_csv", interrupted)
+        def writerow(self, row: list[str]) -> None:
+            self.file.write(",".join(row))
+
+        def writerows(self, _: Any) -> None:
+            self.file.write("0,0.0")
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(csv, "writer", Interrupted)
     with pytest.raises(KeyboardInterrupt):
         turn.save(tmp_path / "turn.csv")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("shape", [(5,), (4, 3)])
+def test_text_files_are_what_pandas_would_write(
+    turn: cd.Sweep, tmp_path: Path, shape: tuple[int, ...]
+) -> None:
+    """To the byte: numbers by the fewest digits that say them, nothing for what is missing."""
+    scene = cd.Scene(turn.mechanism, drive=turn.coordinates, held=dict.fromkeys(turn.held, 0.3))
+    swept = scene.sweep(np.linspace(0.1, 2.0, int(np.prod(shape))).reshape(shape), speed=3.0)
+    frame, path = swept.to_dataframe(), swept.save(tmp_path / "turn.csv")
+    units = frame.attrs["units"]
+    shown = {name: f"{name} [{units[name]}]" if units[name] else name for name in frame}
+    expected = frame.rename(columns=shown).to_csv(lineterminator="\n")
+    assert path.read_text(encoding="utf-8") == expected
 
 
 def test_frames_come_back_from_text_files(turn: cd.Sweep) -> None:
