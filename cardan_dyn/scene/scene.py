@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from ..core.elements.element import Element
     from ..core.mechanism.configuration import Configuration
     from ..core.response.response import Response
+    from ..core.results.jacobian import Jacobian
+    from ..core.results.regressor import Regressor
     from ..core.results.sweep import Sweep
     from ..motion.simulation.equilibrium import Equilibrium
     from ..motion.simulation.trajectory import Trajectory
@@ -714,6 +716,117 @@ class Scene(Prescribed):
 
         with np.errstate(over="ignore", invalid="ignore"):  # What overflows is no equilibrium.
             return equilibrium(self._solver, position, loads, gravity)
+
+    def jacobian(
+        self,
+        link: str,
+        point: ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        position: ArrayLike,
+        speed: ArrayLike | None = None,
+        held: Mapping[str, ArrayLike] | None = None,
+    ) -> Jacobian:
+        """Return how a point and its link move per unit speed of each coordinate, loops closed.
+
+        Args:
+            link: name of a link, or of a frame fixed in one, see `Sweep.point`.
+            point: `(3,)` of it, in its axes [m].
+            position: of the driven, then of the free coordinates, see `sweep`.
+            speed: likewise; with it, the `rate` of the result is known.
+            held: see `sweep`.
+
+        Returns:
+            `(..., 6, n)` in world axes: velocity of the point, then angular velocity, a column for
+            each of `coordinates`. It stands for an array.
+
+        Raises:
+            ModelError: unknown link, or the rate of a rod that spins idly.
+            CardanError: as `sweep`; a singular configuration has none.
+        """
+        from ..core.results.jacobian import jacobian_of  # Most scripts ask for none.
+
+        return jacobian_of(self._solver, link, point, position, speed, held)
+
+    def mass_matrix(
+        self, position: ArrayLike, *, held: Mapping[str, ArrayLike] | None = None
+    ) -> Array:
+        """Return the mass matrix M of the driven and free coordinates, rotors and gears included.
+
+        `M @ acceleration + bias` is what the coordinates need: efforts of drives, those of springs
+        and so on apart, and of loads by the transpose of velocity ratios or of a `jacobian`. Rods
+        that spin idly do so as forces have it, and resist with what that leaves.
+
+        Args:
+            position: of the driven, then of the free coordinates, see `sweep`.
+            held: see `sweep`.
+
+        Returns:
+            `(..., n, n)`, by `coordinates` [kg·m², kg·m or kg].
+
+        Raises:
+            CardanError: as `sweep`.
+        """
+        from ..core.results.inertia import mass_matrix_of  # Most scripts ask for none.
+
+        return mass_matrix_of(self._solver, targets_of(self._problem, position, held))
+
+    def bias(
+        self,
+        position: ArrayLike,
+        speed: ArrayLike = 0.0,
+        *,
+        held: Mapping[str, ArrayLike] | None = None,
+        time: ArrayLike = 0.0,
+    ) -> Array:
+        """Return what the coordinates need without acceleration and without loads.
+
+        That is what speeds, weight and the elements of the scene ask for, see `mass_matrix`.
+
+        Args:
+            position: of the driven, then of the free coordinates, see `sweep`.
+            speed: likewise.
+            held: see `sweep`.
+            time: at which actuators act [s].
+
+        Returns:
+            `(..., n)`, by `coordinates` [N·m or N].
+
+        Raises:
+            CardanError: as `sweep`.
+        """
+        from ..core.results.inertia import bias_of  # Most scripts ask for none.
+
+        return bias_of(self._solver, position, speed, held, time)
+
+    def regressor(
+        self,
+        position: ArrayLike,
+        speed: ArrayLike = 0.0,
+        acceleration: ArrayLike = 0.0,
+        *,
+        held: Mapping[str, ArrayLike] | None = None,
+    ) -> Regressor:
+        """Return how what the coordinates need depends on masses, first moments and inertias.
+
+        Linearly, at given motions with the scene's gravity, without loads and elements; of closed
+        chains as of open ones. It is held against inverse dynamics. Rods that spin idly count with
+        the motion that they have with the masses of the description.
+
+        Args:
+            position: of the driven, then of the free coordinates, see `sweep`.
+            speed: likewise.
+            acceleration: likewise.
+            held: see `sweep`.
+
+        Returns:
+            `(..., n, 10 k)` for k links; `base_parameters` tells what of it can be identified.
+
+        Raises:
+            CardanError: as `sweep`.
+        """
+        from ..core.results.regressor import regressor_of  # Most scripts ask for none.
+
+        return regressor_of(self._solver, position, speed, acceleration, held)
 
 
 def _tell_of_gravity(mechanism: Mechanism) -> None:
