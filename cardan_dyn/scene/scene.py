@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from ..motion.simulation.equilibrium import Equilibrium
     from ..motion.simulation.trajectory import Trajectory
     from .branches import Branches
+    from .linear_model import LinearModel
     from .plan import Plan
 
 _OVERFLOW: Any = {"over": "ignore", "invalid": "ignore"}
@@ -827,6 +828,40 @@ class Scene(Prescribed):
         from ..core.results.regressor import regressor_of  # Most scripts ask for none.
 
         return regressor_of(self._solver, position, speed, acceleration, held)
+
+    def linear(
+        self,
+        at: Equilibrium | Sweep,
+        *,
+        inputs: Sequence[str] | None = None,
+        outputs: Sequence[str] | None = None,
+        points: Mapping[str, str | tuple[str, ArrayLike]] | None = None,
+    ) -> LinearModel:
+        """Return the linear equation of small deviations, exactly: derivatives of inverse dynamics.
+
+        Deviations are of the free coordinates, while drives move as given; if none is free, of all
+        drives, which are then moved by efforts.
+
+        Args:
+            at: an `equilibrium`, or a sweep of this scene with all coordinates driven:
+                `scene.replace(drive=[*scene.coordinates], free=None).sweep(...)`.
+            inputs: parameters as of `Sweep.derivative`, such as `load:JOINT`,
+                `load:LINK.force_x` of a link with a load there, a drive, `speed:DRIVE`,
+                `acceleration:DRIVE`; if None, a load along each coordinate that deviates.
+            outputs: columns of tables: `JOINT.position` (or the coordinate's name), `.velocity`,
+                `.acceleration`, `.force_x`, `.moment_x`, `.holding_effort`, `.drive_effort`,
+                `.coupling_moment`, and `LINK.position_x`, `LINK.velocity_x` in world axes; if
+                None, the coordinates that deviate.
+            points: names to links or `(link, (x, y, z))`, whose positions may be outputs.
+
+        Raises:
+            ArgumentError: names that say nothing, or `at` is of another scene.
+            ModelError: no such joint or link, or what deviates has no mass.
+            IndeterminateError: an output is not unique.
+        """
+        from .linear_model import linear_model  # Most scripts ask for none.
+
+        return linear_model(self._solver, at, inputs, outputs, points)
 
 
 def _tell_of_gravity(mechanism: Mechanism) -> None:

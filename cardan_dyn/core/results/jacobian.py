@@ -11,7 +11,7 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from ...kit.arrays import BLOCK_SIZE, Array, blocks, cross
 from ...kit.checks import vector
-from ...kit.errors import ArgumentError, ModelError, choices
+from ...kit.errors import ArgumentError, ModelError
 from ...kit.frozen import Hinting, Record, frozen
 from ..dynamics.problem_solver import ProblemSolver
 from ..kinematics.loops.idle_rods import idle_rods
@@ -34,7 +34,7 @@ class Matrices(Hinting, Record, NDArrayOperatorsMixin):
     value: Array
 
     _meant: ClassVar[Mapping[str, str]] = {
-        "T transpose mT reshape dtype size copy astype dot sum": "it stands for an array: "
+        "t transpose mt reshape dtype size copy astype dot sum": "it stands for an array: "
         "np.asarray(...) of it, or .value, has that",
     }
 
@@ -85,7 +85,7 @@ class Jacobian(Matrices):
 
     def __repr__(self) -> str:
         samples = " × ".join(map(str, self.shape[:-2]))
-        return f"<Jacobian of {self.link!r} by {choices(self.coordinates)}: {samples} samples>"
+        return f"<Jacobian of {self.link!r} by {', '.join(self.coordinates)}: {samples} samples>"
 
     @property
     def rate(self) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg
 
 from ...kit.arrays import EPS, NOTHING, Array
-from ...kit.errors import AccuracyError, ModelError, choices
+from ...kit.errors import AccuracyError, ModelError
 from ...kit.frozen import Record
 from ..dynamics.problem_solver import ProblemSolver
 from ..mechanism.carried import CarriedFrame
@@ -110,7 +110,7 @@ class Regressor(Matrices):
     def __repr__(self) -> str:
         samples = " × ".join(map(str, self.shape[:-2]))
         return (
-            f"<Regressor of {choices(self.coordinates)}: {samples} samples, "
+            f"<Regressor of {', '.join(self.coordinates)}: {samples} samples, "
             f"{len(self.parameters)} parameters>"
         )
 
