@@ -30,8 +30,10 @@ if TYPE_CHECKING:
     from .core.mechanism.mechanism import Mechanism
     from .core.response.response import Response
     from .core.results.derivative import Derivative
+    from .core.results.jacobian import Jacobian
     from .core.results.motion import Motion
     from .core.results.point_motion import PointMotion
+    from .core.results.regressor import BaseParameters, Regressor
     from .core.results.rods import RodForce
     from .core.results.sweep import Sweep
     from .core.results.wrench import BearingForces, JointWrench
@@ -64,6 +66,7 @@ if TYPE_CHECKING:
     from .scene.closing import close, couple
     from .scene.describe import describe
     from .scene.drives import Drive, Drives
+    from .scene.linear_model import LinearModel
     from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
     from .scene.scene import Scene
@@ -74,6 +77,7 @@ _MODULES = {
     "ArgumentError": ".kit.errors",
     "AssembledPositions": ".core.dynamics.problem_solver",
     "AssemblyError": ".kit.errors",
+    "BaseParameters": ".core.results.regressor",
     "BearingForces": ".core.results.wrench",
     "Branches": ".scene.branches",
     "Bushing": ".core.elements.bushing",
@@ -88,12 +92,14 @@ _MODULES = {
     "ImmutableError": ".kit.errors",
     "ImpactFunction": ".core.elements.contact_laws",
     "IndeterminateError": ".kit.errors",
+    "Jacobian": ".core.results.jacobian",
     "Joint": ".core.mechanism.joints",
     "JointFriction": ".core.elements.joint_elements",
     "JointSpring": ".core.elements.joint_elements",
     "JointWrench": ".core.results.wrench",
     "LankaraniNikravesh": ".core.elements.contact_laws",
     "LinearContact": ".core.elements.contact_laws",
+    "LinearModel": ".scene.linear_model",
     "Mechanism": ".core.mechanism.mechanism",
     "MechanismReport": ".scene.mechanism_report",
     "MissingExtraError": ".kit.errors",
@@ -106,6 +112,7 @@ _MODULES = {
     "PointMotion": ".core.results.point_motion",
     "PointActuator": ".core.elements.point_actuator",
     "PointSpring": ".core.elements.point_spring",
+    "Regressor": ".core.results.regressor",
     "Report": ".practice.report.reporting",
     "Response": ".core.response.response",
     "RodForce": ".core.results.rods",
@@ -139,6 +146,7 @@ __all__ = [
     "ArgumentError",
     "AssembledPositions",
     "AssemblyError",
+    "BaseParameters",
     "BearingForces",
     "Branches",
     "Bushing",
@@ -154,12 +162,14 @@ __all__ = [
     "ImmutableError",
     "ImpactFunction",
     "IndeterminateError",
+    "Jacobian",
     "Joint",
     "JointFriction",
     "JointSpring",
     "JointWrench",
     "LankaraniNikravesh",
     "LinearContact",
+    "LinearModel",
     "Mechanism",
     "MechanismReport",
     "MissingExtraError",
@@ -171,6 +181,7 @@ __all__ = [
     "PointActuator",
     "PointMotion",
     "PointSpring",
+    "Regressor",
     "Report",
     "Response",
     "RodForce",

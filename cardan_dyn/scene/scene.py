@@ -132,6 +132,9 @@ class Scene(Prescribed):
         "range limits reach workspace": "scene.motion_range(), scene.reachable(positions)",
         "modes assembly_modes": "scene.branches()",
         "eigenvalues frequencies": "scene.equilibrium(near).frequencies, cd.vibration",
+        "mass inertia inertia_matrix crba": "scene.mass_matrix(positions)",
+        "nle coriolis non_linear_effects": "scene.bias(positions, speeds)",
+        "linearize linearise linear_model state_space": "scene.linear(at)",
         "point orientation": "it belongs to results: scene.sweep(positions).point('link'), or "
         "scene.configuration().point('link')",
     }
