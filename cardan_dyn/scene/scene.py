@@ -729,6 +729,7 @@ class Scene(Prescribed):
         position: ArrayLike,
         speed: ArrayLike | None = None,
         held: Mapping[str, ArrayLike] | None = None,
+        along_path: bool = False,
     ) -> Jacobian:
         """Return how a point and its link move per unit speed of each coordinate, loops closed.
 
@@ -738,6 +739,7 @@ class Scene(Prescribed):
             position: of the driven, then of the free coordinates, see `sweep`.
             speed: likewise; with it, the `rate` of the result is known.
             held: see `sweep`.
+            along_path: see `sweep`.
 
         Returns:
             `(..., 6, n)` in world axes: velocity of the point, then angular velocity, a column for
@@ -749,10 +751,14 @@ class Scene(Prescribed):
         """
         from ..core.results.jacobian import jacobian_of  # Most scripts ask for none.
 
-        return jacobian_of(self._solver, link, point, position, speed, held)
+        return jacobian_of(self._solver, link, point, position, speed, held, along_path)
 
     def mass_matrix(
-        self, position: ArrayLike, *, held: Mapping[str, ArrayLike] | None = None
+        self,
+        position: ArrayLike,
+        *,
+        held: Mapping[str, ArrayLike] | None = None,
+        along_path: bool = False,
     ) -> Array:
         """Return the mass matrix M of the driven and free coordinates, rotors and gears included.
 
@@ -763,6 +769,7 @@ class Scene(Prescribed):
         Args:
             position: of the driven, then of the free coordinates, see `sweep`.
             held: see `sweep`.
+            along_path: see `sweep`.
 
         Returns:
             `(..., n, n)`, by `coordinates` [kg·m², kg·m or kg].
@@ -772,7 +779,8 @@ class Scene(Prescribed):
         """
         from ..core.results.inertia import mass_matrix_of  # Most scripts ask for none.
 
-        return mass_matrix_of(self._solver, targets_of(self._problem, position, held))
+        targets = targets_of(self._problem, position, held)
+        return mass_matrix_of(self._solver, targets, flag("along_path", along_path))
 
     def bias(
         self,
@@ -780,6 +788,7 @@ class Scene(Prescribed):
         speed: ArrayLike = 0.0,
         *,
         held: Mapping[str, ArrayLike] | None = None,
+        along_path: bool = False,
         time: ArrayLike = 0.0,
     ) -> Array:
         """Return what the coordinates need without acceleration and without loads.
@@ -790,6 +799,7 @@ class Scene(Prescribed):
             position: of the driven, then of the free coordinates, see `sweep`.
             speed: likewise.
             held: see `sweep`.
+            along_path: see `sweep`.
             time: at which actuators act [s].
 
         Returns:
@@ -800,7 +810,7 @@ class Scene(Prescribed):
         """
         from ..core.results.inertia import bias_of  # Most scripts ask for none.
 
-        return bias_of(self._solver, position, speed, held, time)
+        return bias_of(self._solver, position, speed, held, time, along_path)
 
     def regressor(
         self,
@@ -809,6 +819,7 @@ class Scene(Prescribed):
         acceleration: ArrayLike = 0.0,
         *,
         held: Mapping[str, ArrayLike] | None = None,
+        along_path: bool = False,
     ) -> Regressor:
         """Return how what the coordinates need depends on masses, first moments and inertias.
 
@@ -821,6 +832,7 @@ class Scene(Prescribed):
             speed: likewise.
             acceleration: likewise.
             held: see `sweep`.
+            along_path: see `sweep`.
 
         Returns:
             `(..., n, 10 k)` for k links; `base_parameters` tells what of it can be identified.
@@ -830,7 +842,7 @@ class Scene(Prescribed):
         """
         from ..core.results.regressor import regressor_of  # Most scripts ask for none.
 
-        return regressor_of(self._solver, position, speed, acceleration, held)
+        return regressor_of(self._solver, position, speed, acceleration, held, along_path)
 
     def linear(
         self,

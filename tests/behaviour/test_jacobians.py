@@ -291,6 +291,24 @@ def test_many_samples_are_those_of_single_ones() -> None:
         np.testing.assert_allclose(alone.rate[0], found.rate[k], atol=1e-11)
 
 
+def test_paths_are_followed() -> None:
+    """Both ways lead to the same configuration where nothing is in between."""
+    scene = scene_of("stewart")
+    position, _, _ = motion_of(scene, 4)
+    path = np.linspace(position[0], position[1], 9)
+    for method in (scene.mass_matrix, scene.bias, scene.regressor):
+        expected = np.asarray(method(path))
+        agree(method(path, along_path=True), expected, 1e-12)
+    given = {"position": path, "speed": np.ones(6)}
+    found, straight = (
+        scene.jacobian("platform", POINT, along_path=flag, **given) for flag in (True, False)
+    )
+    agree(found, straight.value, 1e-13)
+    agree(found.rate, straight.rate, 1e-11)
+    with pytest.raises(cd.ArgumentError, match="along_path"):
+        scene.mass_matrix(path, along_path="yes")
+
+
 def test_rods_that_spin_idly() -> None:
     scene = cd.Scene(cd.load(ball_rods.as_balls()), drive="a")
     plain = scene.jacobian("rocker", position=0.2, speed=1.5)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from ...kit.arrays import BLOCK_SIZE, Array, blocks, cross
-from ...kit.checks import vector
+from ...kit.checks import flag, vector
 from ...kit.errors import ArgumentError, ModelError
 from ...kit.frozen import Hinting, Record, frozen
 from ..dynamics.problem_solver import ProblemSolver
@@ -106,6 +106,7 @@ def jacobian_of(
     position: object,
     speed: object,
     held: Mapping[str, ArrayLike] | None,
+    along_path: object,
 ) -> Jacobian:
     """Return the Jacobian of a point; see `Scene.jacobian`."""
     bare = solver.complete.without_elements
@@ -114,7 +115,9 @@ def jacobian_of(
     speeds = still if speed is None else drive_values("speed", speed, problem)
     xyz = vector("point", point, 3)
     carrier = CarriedFrame(problem.mechanism, link, xyz)
-    sweep = unloaded(bare, targets_of(problem, position, held), speeds, still)
+    followed = flag("along_path", along_path)
+    targets = targets_of(problem, position, held)
+    sweep = unloaded(bare, targets, speeds, still, along_path=followed)
     value = jacobian_at(sweep, carrier)
     rate = None if speed is None else rate_at(bare, sweep, carrier, value)
     return Jacobian(value, carrier.name, xyz, problem.independent, rate)

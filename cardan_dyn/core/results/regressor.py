@@ -10,6 +10,7 @@ import numpy as np
 import scipy.linalg
 
 from ...kit.arrays import EPS, NOTHING, Array
+from ...kit.checks import flag
 from ...kit.errors import AccuracyError, ModelError
 from ...kit.frozen import Record
 from ..dynamics.problem_solver import ProblemSolver
@@ -169,6 +170,7 @@ def regressor_of(
     speed: object,
     acceleration: object,
     held: Mapping[str, ArrayLike] | None,
+    along_path: object,
 ) -> Regressor:
     """Return the regressor of a scene; see `Scene.regressor`."""
     bare = solver.complete.without_elements
@@ -176,7 +178,14 @@ def regressor_of(
     targets = targets_of(problem, position, held)
     speeds = drive_values("speed", speed, problem)
     accelerations = drive_values("acceleration", acceleration, problem)
-    sweep = unloaded(bare, targets, speeds, accelerations, problem.gravity)
+    sweep = unloaded(
+        bare,
+        targets,
+        speeds,
+        accelerations,
+        problem.gravity,
+        along_path=flag("along_path", along_path),
+    )
     links = [item for item in mechanism.description.links if mechanism.links[item.name][0]]
     parts: list[Array] = []
     values: list[float] = []

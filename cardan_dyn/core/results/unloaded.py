@@ -25,6 +25,7 @@ def unloaded(
     gravity: Array = NO_GRAVITY,
     time: Array = AT_ZERO,
     near: tuple[Array, Array] | None = None,
+    along_path: bool = False,
 ) -> Sweep:
     """Return the sweep of a scene without its loads.
 
@@ -37,6 +38,7 @@ def unloaded(
         time: at which actuators act [s].
         near: closed coordinates and whole turns there, see `Motion`; the samples repeat them
             along further axes in front.
+        along_path: see `Scene.sweep`.
 
     Raises:
         CardanError: as `Scene.sweep`.
@@ -47,7 +49,7 @@ def unloaded(
         solver = solver.of_varied(targets.varied)
         solver.refuse_too_many(targets.size)
         if near is None:
-            assembled = solver.assembled_in_turn(targets)
+            assembled = solver.assembled_in_turn(targets, along_path)
         else:
             repeats = targets.size // len(near[0]), 1
             assembled = solver.assembled_near(targets, *(np.tile(item, repeats) for item in near))
