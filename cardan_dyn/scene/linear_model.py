@@ -13,7 +13,7 @@ import numpy as np
 from ..core.dynamics.problem_solver import ProblemSolver
 from ..core.mechanism.carried import CarriedFrame
 from ..core.results.derivative import Derivative
-from ..core.results.jacobian import jacobian_at, rate_at
+from ..core.results.jacobian import jacobian_at, rate_at, unit_motions
 from ..core.results.sweep import Sweep
 from ..kit.arrays import ROUNDED, Array
 from ..kit.checks import described, mapping, names, vector
@@ -280,7 +280,7 @@ class _Reading:
         place = self._points.get(of, of)
         link, xyz = (place, np.zeros(3)) if isinstance(place, str) else place
         carrier = CarriedFrame(sweep.mechanism, link, vector(f"points[{of!r}]", xyz, 3))
-        jacobian = jacobian_at(sweep, carrier)
+        jacobian = jacobian_at(sweep, carrier, unit_motions(sweep))
         if np.any(np.isnan(jacobian)):
             raise ModelError(f"{name!r}: the outputs of the scene leave out what moves {link!r}")
         own = ProblemSolver(sweep.problem, like=self._solver).complete.without_elements

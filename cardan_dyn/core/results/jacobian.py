@@ -118,19 +118,25 @@ def jacobian_of(
     followed = flag("along_path", along_path)
     targets = targets_of(problem, position, held)
     sweep = unloaded(bare, targets, speeds, still, along_path=followed)
-    value = jacobian_at(sweep, carrier)
+    value = jacobian_at(sweep, carrier, unit_motions(sweep))
     rate = None if speed is None else rate_at(bare, sweep, carrier, value)
     return Jacobian(value, carrier.name, xyz, problem.independent, rate)
 
 
-def jacobian_at(sweep: Sweep, carrier: CarriedFrame) -> Array:
-    """Return the Jacobian `(..., 6, n)` of a carried point over a sweep."""
+def unit_motions(sweep: Sweep) -> tuple[Array, Array]:
+    """Return coordinates and velocities `(n N, …)` of a sweep, its n drives moving in turn."""
     motion = sweep.motion
     count = len(motion.drives)
     ratios = np.concatenate([motion._all_ratios(index) for index in range(count)])
-    rates = carrier.rates(np.tile(motion.x, (count, 1)), ratios)
-    twists = np.concatenate([rates.velocity, rates.spin]).reshape(6, count, *sweep.shape)
-    return np.ascontiguousarray(np.moveaxis(twists, (0, 1), (-2, -1)))
+    return np.tile(motion.x, (count, 1)), ratios
+
+
+def jacobian_at(sweep: Sweep, carrier: CarriedFrame, moves: tuple[Array, Array]) -> Array:
+    """Return the Jacobian `(..., 6, n)` of a carried point over a sweep, by its `unit_motions`."""
+    rates = carrier.rates(*moves)
+    twists = np.concatenate([rates.velocity, rates.spin])
+    columns = twists.reshape(6, len(sweep.coordinates), *sweep.shape)
+    return np.ascontiguousarray(np.moveaxis(columns, (0, 1), (-2, -1)))
 
 
 def rate_at(bare: ProblemSolver, sweep: Sweep, carrier: CarriedFrame, value: Array) -> Array:

@@ -16,7 +16,7 @@ from ...kit.frozen import Record
 from ..dynamics.problem_solver import ProblemSolver
 from ..mechanism.carried import CarriedFrame
 from ..problem.samples import drive_values, targets_of
-from .jacobian import Matrices, jacobian_at
+from .jacobian import Matrices, jacobian_at, unit_motions
 from .sweep import Sweep
 from .unloaded import rows_of, unloaded
 
@@ -186,19 +186,20 @@ def regressor_of(
         problem.gravity,
         along_path=flag("along_path", along_path),
     )
+    moves = unit_motions(sweep)
     links = [item for item in mechanism.description.links if mechanism.links[item.name][0]]
     parts: list[Array] = []
     values: list[float] = []
     names: list[str] = []
     for link in links:
-        parts.append(_of_link(sweep, link.name))
+        parts.append(_of_link(sweep, moves, link.name))
         inertia = link.inertia + link.mass * (
             link.centre @ link.centre * np.eye(3) - np.outer(link.centre, link.centre)
         )
         own = (inertia[pair] for pair in _PAIRS)
         values += [link.mass, *(link.mass * link.centre), *own]
         names += [form.format(link.name) for form in _OF_LINK]
-    regressor, rotors = np.concatenate(parts, axis=-1), _rotors(sweep)
+    regressor, rotors = np.concatenate(parts, axis=-1), _rotors(sweep, moves[1])
     _prove(sweep, regressor, np.array(values), rotors)
     length, drivable = mechanism.characteristic_length, mechanism.drivable
     units = np.tile(np.repeat([1.0, length, length**2], [1, 3, 6]), len(links))
@@ -214,8 +215,8 @@ def regressor_of(
     )
 
 
-def _of_link(sweep: Sweep, name: str) -> Array:
-    """Return the ten columns `(..., n, 10)` of a link."""
+def _of_link(sweep: Sweep, moves: tuple[Array, Array], name: str) -> Array:
+    """Return the ten columns `(..., n, 10)` of a link, by the `unit_motions` of a sweep."""
     carrier = CarriedFrame(sweep.mechanism, name, np.zeros(3))
     x, a = sweep.joint_coordinates, sweep.joint_accelerations
     rates = carrier.rates(x, sweep.joint_velocities, a)
@@ -232,7 +233,7 @@ def _of_link(sweep: Sweep, name: str) -> Array:
     moment = np.zeros_like(force)
     moment[:, :, 1:4] = -_crossing(along)
     moment[:, :, 4:] = _of_inertia(turning) + spinning @ into
-    jacobian = jacobian_at(sweep, carrier).reshape(len(x), 6, -1)
+    jacobian = jacobian_at(sweep, carrier, moves).reshape(len(x), 6, -1)
     columns = (own @ jacobian[:, :3]).transpose(0, 2, 1) @ force
     columns += (own @ jacobian[:, 3:]).transpose(0, 2, 1) @ moment
     return columns.reshape(*sweep.shape, -1, 10)
@@ -252,12 +253,11 @@ def _of_inertia(vectors: Array) -> Array:
     return found
 
 
-def _rotors(sweep: Sweep) -> Array:
-    """Return the efforts `(..., n)` that accelerate rotors."""
-    ratios = [sweep.motion._all_ratios(index) for index in range(len(sweep.coordinates))]
+def _rotors(sweep: Sweep, ratios: Array) -> Array:
+    """Return the efforts `(..., n)` that accelerate rotors, by velocity ratios `(n N, nv)`."""
     carried = sweep.joint_accelerations * sweep.mechanism.model.armature
-    efforts = [(ratio * carried).sum(axis=1) for ratio in ratios]
-    return np.stack(efforts, axis=-1).reshape(*sweep.shape, -1)
+    efforts = (ratios.reshape(-1, *carried.shape) * carried).sum(axis=-1)
+    return efforts.T.reshape(*sweep.shape, -1)
 
 
 def _prove(sweep: Sweep, regressor: Array, values: Array, rotors: Array) -> None:
