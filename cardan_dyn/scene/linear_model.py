@@ -1,4 +1,4 @@
-"""Linear model: state space of small motions about an equilibrium or a driven motion."""
+"""Linear model: state space of small deviations from an equilibrium or a motion."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from ..kit.errors import (
 )
 from ..kit.frozen import Record
 from ..motion.simulation.equilibrium import Equilibrium
+from ..motion.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -43,9 +44,9 @@ _FORMS = (
 class LinearModel(Record):
     """What becomes of small deviations x from a motion: ẋ = A x + B u, y = C x + D u.
 
-    Of an equilibrium, matrices have two axes; of a sweep, its samples come first, and `model[k]` is
-    that of a sample. Along a motion the matrices change with time, with its period if it has one:
-    each is that of its instant.
+    Of an equilibrium, matrices have two axes; of a motion, its samples come first, and `model[k]`
+    is that of a sample. Along a motion the matrices change with time, with its period if it has
+    one: each is that of its instant.
 
     Attributes:
         A, B, C, D: `(..., 2f, 2f)`, `(..., 2f, m)`, `(..., p, 2f)`, `(..., p, m)` [SI units].
@@ -126,12 +127,13 @@ def linear_model(
     points: Mapping[str, str | tuple[str, ArrayLike]] | None,
 ) -> LinearModel:
     """Return the linear model of a scene; see `Scene.linear`."""
-    problem, sweep = solver.problem, at.sweep if isinstance(at, Equilibrium) else at
+    problem = solver.problem
+    sweep = at.sweep if isinstance(at, (Equilibrium, Trajectory)) else at
     states = problem.free or problem.drives
     if not isinstance(sweep, Sweep):
         raise ArgumentError(
-            f"at is {described(at)}, expected an equilibrium, scene.equilibrium(near), or a motion "
-            "of all coordinates, scene.sweep(positions, speed=...)"
+            f"at is {described(at)}, expected an equilibrium, scene.equilibrium(near), a motion of "
+            "all coordinates, scene.sweep(positions, speed=...), or a trajectory of scene.simulate"
         )
     other = [*sweep.mechanism.joints] != [*problem.mechanism.joints]
     if other or not set(states) <= set(sweep.coordinates):

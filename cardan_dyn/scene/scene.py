@@ -846,7 +846,7 @@ class Scene(Prescribed):
 
     def linear(
         self,
-        at: Equilibrium | Sweep,
+        at: Equilibrium | Trajectory | Sweep,
         *,
         inputs: Sequence[str] | None = None,
         outputs: Sequence[str] | None = None,
@@ -858,8 +858,8 @@ class Scene(Prescribed):
         drives, which are then moved by efforts.
 
         Args:
-            at: an `equilibrium`, or a sweep of this scene with all coordinates driven:
-                `scene.replace(drive=[*scene.coordinates], free=None).sweep(...)`.
+            at: an `equilibrium`, a trajectory of `simulate`, or a sweep of this scene, all of whose
+                coordinates are driven then: `scene.replace(drive=[*scene.coordinates], free=None)`.
             inputs: parameters as of `Sweep.derivative`, such as `load:JOINT`,
                 `load:LINK.force_x` of a link with a load there, a drive, `speed:DRIVE`,
                 `acceleration:DRIVE`; if None, a load along each coordinate that deviates.

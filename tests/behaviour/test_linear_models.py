@@ -101,6 +101,22 @@ def as_row(values: Array) -> Any:
     return values[0] if len(values) == 1 else values
 
 
+def test_along_a_simulation() -> None:
+    """A free motion, of which nothing is left to be driven."""
+    spring = cd.JointSpring("d", 30.0, damping=2.0)
+    scene = cd.Scene(cd.load(BARS), free="a", gravity=(0, -G, 0), elements=[spring])
+    course = scene.simulate(0.5, speed=2.0).at([0.1, 0.3])
+    found = scene.linear(course, outputs=["a", "coupler.velocity_x"])
+    assert found.A.shape == (2, 2, 2)
+    for sample in range(2):
+        state = np.array([course.position[sample], course.speed[sample]])
+        columns = [
+            sloped(lambda by, e=e, state=state: advanced(scene, state + by * e, np.zeros(1)))
+            for e in np.eye(2)
+        ]
+        agree(found[sample].A, np.stack(columns, axis=-1), 1e-10)
+
+
 def test_outputs_of_a_closed_chain_by_differences() -> None:
     spring = cd.JointSpring("d", 30.0, damping=2.0, rest=0.3, name="spring")
     still = cd.Wrench((0.0, 0.0, 0.0))
