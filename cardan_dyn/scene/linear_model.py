@@ -15,7 +15,7 @@ from ..core.mechanism.carried import CarriedFrame
 from ..core.results.derivative import Derivative
 from ..core.results.jacobian import jacobian_at, rate_at, unit_motions
 from ..core.results.sweep import Sweep
-from ..kit.arrays import ROUNDED, Array
+from ..kit.arrays import EPS, ROUNDED, Array
 from ..kit.checks import described, mapping, names, vector
 from ..kit.errors import (
     ArgumentError,
@@ -203,10 +203,16 @@ def _refuse_massless(sweep: Sweep, states: Sequence[str], mass: Array) -> None:
     Raises:
         ModelError: there is one.
     """
-    drivable, length = sweep.mechanism.drivable, sweep.mechanism.characteristic_length
+    mechanism = sweep.mechanism
+    drivable, length = mechanism.drivable, mechanism.characteristic_length
     units = np.array([length if drivable[name].slides else 1.0 for name in states])
     values, ways = np.linalg.eigh(mass * units[:, None] * units)
-    if np.any(values[..., 0] <= ROUNDED * values[..., -1]):
+    # What does not move at all moves by rounding.
+    whole = sum(
+        link.mass * length**2 + np.trace(link.inertia) for link in mechanism.description.links
+    )
+    whole += float(np.sum(mechanism.model.armature * mechanism.coordinates.rate_scale**2))
+    if np.any(values[..., 0] <= np.maximum(ROUNDED * values[..., -1], EPS * whole)):
         lightest = np.abs(ways[..., 0]).reshape(-1, len(states)).max(axis=0)
         raise ModelError(
             f"nothing that has mass moves with {states[int(lightest.argmax())]!r}, so that no "

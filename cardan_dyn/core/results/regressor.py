@@ -105,8 +105,8 @@ class Regressor(Matrices):
     coordinates: tuple[str, ...]
     _units: tuple[Array, Array]
     """Of rows and of columns, in which all of them are moments per mass."""
-    _condition: float
-    """See `Sweep.condition`."""
+    _rounding: tuple[float, float]
+    """Part of the greatest column, and of a column in these units, that is rounding."""
 
     def __repr__(self) -> str:
         samples = " × ".join(map(str, self.shape[:-2]))
@@ -130,7 +130,8 @@ class Regressor(Matrices):
         scaled = (self.value * rows[:, None] * units).reshape(-1, len(units))
         triangle, order = scipy.linalg.qr(scaled, mode="r", pivoting=True)
         sizes = np.abs(np.diag(triangle))
-        least = EPS * max(scaled.shape) * self._condition * float(np.max(sizes, initial=0.0))
+        part, floor = self._rounding
+        least = max(part * max(scaled.shape) * float(np.max(sizes, initial=0.0)), floor)
         rank = int(np.count_nonzero(sizes > least))
         if not rank:
             raise ModelError(
@@ -189,34 +190,44 @@ def regressor_of(
     moves = unit_motions(sweep)
     links = [item for item in mechanism.description.links if mechanism.links[item.name][0]]
     parts: list[Array] = []
+    fastest = 0.0
     values: list[float] = []
     names: list[str] = []
     for link in links:
-        parts.append(_of_link(sweep, moves, link.name))
+        own, falling = _of_link(sweep, moves, link.name)
+        parts.append(own)
+        fastest = max(fastest, falling)
         inertia = link.inertia + link.mass * (
             link.centre @ link.centre * np.eye(3) - np.outer(link.centre, link.centre)
         )
-        own = (inertia[pair] for pair in _PAIRS)
-        values += [link.mass, *(link.mass * link.centre), *own]
+        values += [link.mass, *(link.mass * link.centre), *(inertia[pair] for pair in _PAIRS)]
         names += [form.format(link.name) for form in _OF_LINK]
     regressor, rotors = np.concatenate(parts, axis=-1), _rotors(sweep, moves[1])
-    _prove(sweep, regressor, np.array(values), rotors)
     length, drivable = mechanism.characteristic_length, mechanism.drivable
-    units = np.tile(np.repeat([1.0, length, length**2], [1, 3, 6]), len(links))
+    columns = np.tile(np.repeat([1.0, length, length**2], [1, 3, 6]), len(links))
     slides = np.array([drivable[name].slides for name in problem.independent])
+    rows = np.where(slides, length, 1.0)
+    _prove(sweep, regressor, np.array(values), rotors, rows)
+    part = EPS * float(np.max(sweep.condition))
     return Regressor(
-        regressor,
-        tuple(names),
-        np.array(values),
-        rotors,
-        problem.independent,
-        (np.where(slides, length, 1.0), units),
-        float(np.max(sweep.condition)),
+        value=regressor,
+        parameters=tuple(names),
+        values=np.array(values),
+        rotors=rotors,
+        coordinates=problem.independent,
+        _units=(rows, columns),
+        _rounding=(part, part * length * fastest),
     )
 
 
-def _of_link(sweep: Sweep, moves: tuple[Array, Array], name: str) -> Array:
-    """Return the ten columns `(..., n, 10)` of a link, by the `unit_motions` of a sweep."""
+def _of_link(sweep: Sweep, moves: tuple[Array, Array], name: str) -> tuple[Array, float]:
+    """Return the ten columns `(..., n, 10)` of a link, and its greatest acceleration [m/s²].
+
+    Args:
+        sweep: of the motion.
+        moves: its `unit_motions`.
+        name: of the link.
+    """
     carrier = CarriedFrame(sweep.mechanism, name, np.zeros(3))
     x, a = sweep.joint_coordinates, sweep.joint_accelerations
     rates = carrier.rates(x, sweep.joint_velocities, a)
@@ -236,7 +247,7 @@ def _of_link(sweep: Sweep, moves: tuple[Array, Array], name: str) -> Array:
     jacobian = jacobian_at(sweep, carrier, moves).reshape(len(x), 6, -1)
     columns = (own @ jacobian[:, :3]).transpose(0, 2, 1) @ force
     columns += (own @ jacobian[:, 3:]).transpose(0, 2, 1) @ moment
-    return columns.reshape(*sweep.shape, -1, 10)
+    return columns.reshape(*sweep.shape, -1, 10), float(np.max(np.abs(falling)))
 
 
 def _crossing(vectors: Array) -> Array:
@@ -260,22 +271,33 @@ def _rotors(sweep: Sweep, ratios: Array) -> Array:
     return efforts.T.reshape(*sweep.shape, -1)
 
 
-def _prove(sweep: Sweep, regressor: Array, values: Array, rotors: Array) -> None:
+def _prove(sweep: Sweep, regressor: Array, values: Array, rotors: Array, units: Array) -> None:
     """Refuse a regressor that does not give the efforts of inverse dynamics.
+
+    Args:
+        sweep: that has them.
+        regressor: `(..., n, p)`.
+        values: `(p,)` of its parameters.
+        rotors: `(..., n)` what is left.
+        units: `(n,)` which make moments of efforts.
 
     Raises:
         AccuracyError: it does not.
     """
-    found = (regressor @ values + rotors).reshape(-1, rotors.shape[-1])
-    efforts = rows_of(sweep, sweep.drive_effort)
-    terms = np.abs(regressor) @ np.abs(values) + np.abs(rotors)
-    sizes = terms.reshape(found.shape).max(axis=0)
-    worst = float(np.max(np.abs(found - efforts) / np.where(sizes > 0.0, sizes, 1.0)))
-    if not worst <= NOTHING:
+    found = (regressor @ values + rotors).reshape(-1, len(units))
+    length = sweep.mechanism.characteristic_length
+    # Efforts are rounded like the wrenches that they are parts of.
+    greatest = max(
+        float(np.max(np.abs(wrench), initial=0.0)) * unit
+        for joint in sweep.values()
+        for wrench, unit in ((joint.force, length), (joint.moment, 1.0))
+    )
+    apart = float(np.max(np.abs(found - rows_of(sweep, sweep.drive_effort)) * units))
+    if not apart <= NOTHING * greatest:
         raise AccuracyError(
             f"{sweep.mechanism.name}: the regressor misses the efforts of inverse dynamics by "
-            f"{worst:.1e} of its greatest terms, beyond {NOTHING:g}: positions near singular "
-            "configurations, or with them",
-            residual=worst,
+            f"{apart:.1e} N·m, where wrenches reach {greatest:.1e}: keep away from singular "
+            "configurations",
+            residual=apart / greatest if greatest else np.inf,
             tolerance=NOTHING,
         )
