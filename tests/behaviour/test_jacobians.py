@@ -243,6 +243,14 @@ def test_shapes_designs_and_names() -> None:
     np.testing.assert_allclose(other.jacobian("shaft_out", POINT, position=phi[:, None]), found[1])
 
 
+def test_what_stands_still_and_what_coordinates_do_not_move() -> None:
+    scene = cd.Scene(cd.load("universal_joint"), drive=["bearing_in", "joint_angle"])
+    found = scene.jacobian("base", POINT, position=[0.3, 0.2], speed=[1.0, 2.0])
+    assert not found.value.any() and not found.rate.any()
+    housing = scene.jacobian("housing_out", POINT, position=[0.3, 0.2], speed=[0.0, 0.0])
+    assert not housing[..., 0].any() and not housing.rate.any() and housing[..., 1].any()
+
+
 def test_outputs_strictness_loads_and_elements_do_not_matter() -> None:
     plain = scene_of("four_bar")
     spring = cd.JointSpring("d", 30.0, damping=2.0, rest=0.2)
