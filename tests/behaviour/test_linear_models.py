@@ -289,6 +289,9 @@ def test_refusals() -> None:
     ):
         with pytest.raises(kind, match=words):
             scene.linear(**{"at": turn, **given})
+    part = cd.Scene(cd.load(BARS), drive="a", outputs=["a"])
+    with pytest.raises(cd.ModelError, match="asked for"):
+        part.linear(part.sweep(0.3), outputs=["d.force_x"])
     light = cd.load(
         '<robot name="light"><link name="base"/><link name="arm"><inertial><mass value="1"/>'
         '<inertia ixx="1" iyy="1" izz="1"/></inertial></link><link name="tip"/>'
