@@ -30,8 +30,10 @@ if TYPE_CHECKING:
     from .core.mechanism.mechanism import Mechanism
     from .core.response.response import Response
     from .core.results.derivative import Derivative
+    from .core.results.jacobian import Jacobian
     from .core.results.motion import Motion
     from .core.results.point_motion import PointMotion
+    from .core.results.regressor import BaseParameters, Regressor
     from .core.results.rods import RodForce
     from .core.results.sweep import Sweep
     from .core.results.wrench import BearingForces, JointWrench
@@ -69,6 +71,7 @@ if TYPE_CHECKING:
     from .scene.describe import describe
     from .scene.design_variables import DesignVariables
     from .scene.drives import Drive, Drives
+    from .scene.linear_model import LinearModel
     from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
     from .scene.scene import Scene
@@ -79,6 +82,7 @@ _MODULES = {
     "ArgumentError": ".kit.errors",
     "AssembledPositions": ".core.dynamics.problem_solver",
     "AssemblyError": ".kit.errors",
+    "BaseParameters": ".core.results.regressor",
     "BearingForces": ".core.results.wrench",
     "Border": ".core.transmission.borders",
     "Branches": ".scene.branches",
@@ -96,12 +100,14 @@ _MODULES = {
     "ImmutableError": ".kit.errors",
     "ImpactFunction": ".core.elements.contact_laws",
     "IndeterminateError": ".kit.errors",
+    "Jacobian": ".core.results.jacobian",
     "Joint": ".core.mechanism.joints",
     "JointFriction": ".core.elements.joint_elements",
     "JointSpring": ".core.elements.joint_elements",
     "JointWrench": ".core.results.wrench",
     "LankaraniNikravesh": ".core.elements.contact_laws",
     "LinearContact": ".core.elements.contact_laws",
+    "LinearModel": ".scene.linear_model",
     "Mechanism": ".core.mechanism.mechanism",
     "MechanismReport": ".scene.mechanism_report",
     "MissingExtraError": ".kit.errors",
@@ -115,6 +121,7 @@ _MODULES = {
     "PointActuator": ".core.elements.point_actuator",
     "PointSpring": ".core.elements.point_spring",
     "ReducedTree": ".core.transmission.reduced",
+    "Regressor": ".core.results.regressor",
     "Report": ".practice.report.reporting",
     "Response": ".core.response.response",
     "RodForce": ".core.results.rods",
@@ -149,6 +156,7 @@ __all__ = [
     "ArgumentError",
     "AssembledPositions",
     "AssemblyError",
+    "BaseParameters",
     "BearingForces",
     "Border",
     "Branches",
@@ -167,12 +175,14 @@ __all__ = [
     "ImmutableError",
     "ImpactFunction",
     "IndeterminateError",
+    "Jacobian",
     "Joint",
     "JointFriction",
     "JointSpring",
     "JointWrench",
     "LankaraniNikravesh",
     "LinearContact",
+    "LinearModel",
     "Mechanism",
     "MechanismReport",
     "MissingExtraError",
@@ -185,6 +195,7 @@ __all__ = [
     "PointMotion",
     "PointSpring",
     "ReducedTree",
+    "Regressor",
     "Report",
     "Response",
     "RodForce",

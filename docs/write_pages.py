@@ -103,6 +103,7 @@ def sources() -> str:
 
 _SCENE = (
     ("Drive, free, hold", ("sweep", "assemble", "response", "responses", "simulate")),
+    ("Equation of motion", ("jacobian", "mass_matrix", "bias", "regressor", "linear")),
     ("Rest and range", ("equilibrium", "motion_range", "reachable", "branches", "configuration")),
     ("Motors and joints", ("transmission",)),
     ("The scene itself", ("plan", "replace")),

@@ -48,6 +48,7 @@ OFFERED = {
     "results.axes": ("in_fixed_axes",),
     "results.collect": ("motion_at", "scattered", "sweep_of"),
     "results.element_results": ("ElementResults",),
+    "results.inertia": ("mass_matrix_of",),
     "results.left_open": ("named_components",),
     "results.lost_digits": ("WELL", "digits", "lost_part", "near_singular", "right"),
     "results.plot": ("Plot", "draws", "own_options"),

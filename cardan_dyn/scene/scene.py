@@ -29,11 +29,14 @@ if TYPE_CHECKING:
     from ..core.elements.element import Element
     from ..core.mechanism.configuration import Configuration
     from ..core.response.response import Response
+    from ..core.results.jacobian import Jacobian
+    from ..core.results.regressor import Regressor
     from ..core.results.sweep import Sweep
     from ..core.transmission.transmission import Transmission
     from ..motion.simulation.equilibrium import Equilibrium
     from ..motion.simulation.trajectory import Trajectory
     from .branches import Branches
+    from .linear_model import LinearModel
     from .plan import Plan
 
 _OVERFLOW: Any = {"over": "ignore", "invalid": "ignore"}
@@ -132,6 +135,9 @@ class Scene(Prescribed):
         "modes assembly_modes": "scene.branches()",
         "actuator_map motor_map inverse_kinematics ik": "scene.transmission(actuated, joints)",
         "eigenvalues frequencies": "scene.equilibrium(near).frequencies, cd.vibration",
+        "mass inertia inertia_matrix crba": "scene.mass_matrix(positions)",
+        "nle coriolis non_linear_effects": "scene.bias(positions, speeds)",
+        "linearize linearise linear_model state_space": "scene.linear(at)",
         "point orientation": "it belongs to results: scene.sweep(positions).point('link'), or "
         "scene.configuration().point('link')",
     }
@@ -742,6 +748,163 @@ class Scene(Prescribed):
 
         with np.errstate(over="ignore", invalid="ignore"):  # What overflows is no equilibrium.
             return equilibrium(self._solver, position, loads, gravity)
+
+    def jacobian(
+        self,
+        link: str,
+        point: ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        position: ArrayLike,
+        speed: ArrayLike | None = None,
+        held: Mapping[str, ArrayLike] | None = None,
+        along_path: bool = False,
+    ) -> Jacobian:
+        """Return how a point and its link move per unit speed of each coordinate, loops closed.
+
+        Args:
+            link: name of a link, or of a frame fixed in one, see `Sweep.point`.
+            point: `(3,)` of it, in its axes [m].
+            position: of the driven, then of the free coordinates, see `sweep`.
+            speed: likewise; with it, the `rate` of the result is known.
+            held: see `sweep`.
+            along_path: see `sweep`.
+
+        Returns:
+            `(..., 6, n)` in world axes: velocity of the point, then angular velocity, a column for
+            each of `coordinates`. It stands for an array.
+
+        Raises:
+            ModelError: unknown link, or the rate of a rod that spins idly.
+            CardanError: as `sweep`; a singular configuration has none.
+        """
+        from ..core.results.jacobian import jacobian_of  # Most scripts ask for none.
+
+        return jacobian_of(self._solver, link, point, position, speed, held, along_path)
+
+    def mass_matrix(
+        self,
+        position: ArrayLike,
+        *,
+        held: Mapping[str, ArrayLike] | None = None,
+        along_path: bool = False,
+    ) -> Array:
+        """Return the mass matrix M of the driven and free coordinates, rotors and gears included.
+
+        `M @ acceleration + bias` is what the coordinates need: efforts of drives, those of springs
+        and so on apart, and of loads by the transpose of velocity ratios or of a `jacobian`. Rods
+        that spin idly do so as forces have it, and resist with what that leaves.
+
+        Args:
+            position: of the driven, then of the free coordinates, see `sweep`.
+            held: see `sweep`.
+            along_path: see `sweep`.
+
+        Returns:
+            `(..., n, n)`, by `coordinates` [kg·m², kg·m or kg].
+
+        Raises:
+            CardanError: as `sweep`.
+        """
+        from ..core.results.inertia import mass_matrix_of  # Most scripts ask for none.
+
+        targets = targets_of(self._problem, position, held)
+        return mass_matrix_of(self._solver, targets, flag("along_path", along_path))
+
+    def bias(
+        self,
+        position: ArrayLike,
+        speed: ArrayLike = 0.0,
+        *,
+        held: Mapping[str, ArrayLike] | None = None,
+        along_path: bool = False,
+        time: ArrayLike = 0.0,
+    ) -> Array:
+        """Return what the coordinates need without acceleration and without loads.
+
+        That is what speeds, weight and the elements of the scene ask for, see `mass_matrix`.
+
+        Args:
+            position: of the driven, then of the free coordinates, see `sweep`.
+            speed: likewise.
+            held: see `sweep`.
+            along_path: see `sweep`.
+            time: at which actuators act [s].
+
+        Returns:
+            `(..., n)`, by `coordinates` [N·m or N].
+
+        Raises:
+            CardanError: as `sweep`.
+        """
+        from ..core.results.inertia import bias_of  # Most scripts ask for none.
+
+        return bias_of(self._solver, position, speed, held, time, along_path)
+
+    def regressor(
+        self,
+        position: ArrayLike,
+        speed: ArrayLike = 0.0,
+        acceleration: ArrayLike = 0.0,
+        *,
+        held: Mapping[str, ArrayLike] | None = None,
+        along_path: bool = False,
+    ) -> Regressor:
+        """Return how what the coordinates need depends on masses, first moments and inertias.
+
+        Linearly, at given motions with the scene's gravity, without loads and elements; of closed
+        chains as of open ones. It is held against inverse dynamics. Rods that spin idly count with
+        the motion that they have with the masses of the description.
+
+        Args:
+            position: of the driven, then of the free coordinates, see `sweep`.
+            speed: likewise.
+            acceleration: likewise.
+            held: see `sweep`.
+            along_path: see `sweep`.
+
+        Returns:
+            `(..., n, 10 k)` for k links; `base_parameters` tells what of it can be identified.
+
+        Raises:
+            CardanError: as `sweep`.
+        """
+        from ..core.results.regressor import regressor_of  # Most scripts ask for none.
+
+        return regressor_of(self._solver, position, speed, acceleration, held, along_path)
+
+    def linear(
+        self,
+        at: Equilibrium | Trajectory | Sweep,
+        *,
+        inputs: Sequence[str] | None = None,
+        outputs: Sequence[str] | None = None,
+        points: Mapping[str, str | tuple[str, ArrayLike]] | None = None,
+    ) -> LinearModel:
+        """Return the linear equation of small deviations, exactly: derivatives of inverse dynamics.
+
+        Deviations are of the free coordinates, while drives move as given; if none is free, of all
+        drives, which are then moved by efforts.
+
+        Args:
+            at: an `equilibrium`, a trajectory of `simulate`, or a sweep of this scene, all of whose
+                coordinates are driven then: `scene.replace(drive=[*scene.coordinates], free=None)`.
+            inputs: parameters as of `Sweep.derivative`, such as `load:JOINT`,
+                `load:LINK.force_x` of a link with a load there, a drive, `speed:DRIVE`,
+                `acceleration:DRIVE`; if None, a load along each coordinate that deviates.
+            outputs: columns of tables: `JOINT.position` (or the coordinate's name), `.velocity`,
+                `.acceleration`, `.force_x`, `.moment_x`, `.holding_effort`, `.drive_effort`,
+                `.coupling_moment`, and `LINK.position_x`, `LINK.velocity_x` in world axes; if
+                None, the coordinates that deviate.
+            points: names to links or `(link, (x, y, z))`, whose positions may be outputs.
+
+        Raises:
+            ArgumentError: names that say nothing, or `at` is of another scene.
+            ModelError: no such joint or link, or what deviates has no mass.
+            IndeterminateError: an output is not unique.
+        """
+        from .linear_model import linear_model  # Most scripts ask for none.
+
+        return linear_model(self._solver, at, inputs, outputs, points)
 
 
 def _tell_of_gravity(mechanism: Mechanism) -> None:

@@ -117,9 +117,12 @@ def test_loops_with_rods_that_spin(ball: str, drives: list[str]) -> None:
     )
     assert len(turn.idle_rods) == 2
     assert max(turn.balance_residual, turn.power_residual) < 1e-14
+    needed = scene.mass_matrix(turn.position) @ list(a.values())
+    needed += scene.bias(turn.position, turn.speed)
     for sample in range(2):
         efforts = by_mujoco(text, turn, sample, a)
         np.testing.assert_allclose(turn.drive_effort[sample], efforts, rtol=1e-9)
+        np.testing.assert_allclose(needed[sample], efforts, rtol=1e-9)
 
 
 def test_free_coordinates_accelerate_as_in_mujoco() -> None:

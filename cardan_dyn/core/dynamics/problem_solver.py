@@ -22,6 +22,7 @@ from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.following.guesses import Guess
 from ..kinematics.loops.needs import solved_couplings
 from ..problem.acting import Acting
+from ..problem.arguments import wanted_outputs
 from ..problem.problem import Problem
 from ..problem.samples import Targets, acting_on
 
@@ -246,6 +247,23 @@ class ProblemSolver(Frozen):
         solver.assembly = self.assembly.at_design(positions)
         solver._freeze(_kinematics=self._kinematics, inverse_dynamics=self.inverse_dynamics)
         return solver
+
+    @cached_property
+    def complete(self) -> ProblemSolver:
+        """The solver of the scene with all joints as outputs, that chooses what is left open."""
+        problem = self.problem
+        if problem.all_outputs and not problem.strict:
+            return self
+        outputs = wanted_outputs(problem.mechanism, None)
+        every = replace(problem, outputs=outputs, all_outputs=True, strict=False)
+        return ProblemSolver(every, like=self)
+
+    @cached_property
+    def without_elements(self) -> ProblemSolver:
+        """The solver of the same scene without force elements."""
+        if not self.problem.elements:
+            return self
+        return ProblemSolver(replace(self.problem, elements=()), like=self)
 
     @property
     def has_mass(self) -> bool:

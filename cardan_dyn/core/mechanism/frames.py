@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import Array, cross
 
 if TYPE_CHECKING:
     from ..description.description import (
@@ -358,7 +358,7 @@ def _turned(axes: Array, motion: ElementaryMotion, x: Array) -> Array:
     else:
         along = np.multiply.outer(motion.axis, motion.axis)
         # Rodrigues: R = n nᵀ + (1 - n nᵀ) cos φ + n × sin φ; exact about an axis of the frame.
-        across, crossed = np.eye(3) - along, np.cross(np.eye(3), motion.axis)
+        across, crossed = np.eye(3) - along, cross(np.eye(3), motion.axis[:, None]).T
         angle = x[:, motion.column]
         turn = along[..., None] + np.multiply.outer(across, np.cos(angle))
         turn += np.multiply.outer(crossed, np.sin(angle))

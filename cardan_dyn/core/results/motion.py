@@ -95,8 +95,11 @@ class Motion(Frozen):
     @cached_property
     def _without_turns(self) -> tuple[Array, Array]:
         # Over how many turns a motion was followed before it repeated, nobody asked.
-        angles, named = self._coordinates.angle_columns, self._coordinates.named
-        own = np.setdiff1d(angles, [named[name].column for name in self.drives])
+        named = self._coordinates.named
+        driven = {named[name].column for name in self.drives}
+        own = [
+            column for column in self._coordinates.angle_columns.tolist() if column not in driven
+        ]
         taken = np.rint(self._x[:, own] / (2.0 * np.pi))
         if not np.count_nonzero(taken):
             return self._x, self._turns

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -222,10 +221,3 @@ class _Energies:
         terms = efforts * v
         self.sizes[1] = max(self.sizes[1], float(np.max(np.abs(terms), initial=0.0)))
         return np.asarray(np.sum(terms, axis=1))
-
-
-def without_elements(solver: ProblemSolver) -> ProblemSolver:
-    """Return the solver of the same scene without force elements."""
-    if not solver.problem.elements:
-        return solver
-    return ProblemSolver(replace(solver.problem, elements=()), like=solver)

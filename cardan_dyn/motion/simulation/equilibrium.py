@@ -12,13 +12,13 @@ from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.problem.acting import Acting
 from ...core.problem.samples import Targets, acting_on
 from ...core.results.collect import sweep_of
+from ...core.results.inertia import mass_matrix_of
 from ...core.results.prescribed import Prescribed
 from ...core.results.sweep import Sweep
 from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ...kit.differences import displacements, kinks, slopes
 from ...kit.errors import CardanError, EquilibriumError, MobilityError, choices
-from ...kit.frozen import frozen, read_only
-from .energy_functions import without_elements
+from ...kit.frozen import read_only
 from .start_state import drive_positions
 
 if TYPE_CHECKING:
@@ -266,14 +266,10 @@ class _Statics:
 
     def inertia(self, x: Array) -> Array:
         """Return the generalised inertia `(f, f)` at a position."""
-        bare = without_elements(self._solver)
-        acting = acting_on(bare.problem, gravity=np.zeros(3))._replace(
-            accelerations=np.eye(len(x), len(self._driven) + len(x), len(self._driven)),
-            joint_loads=frozen({}),
-            link_loads=frozen({}),
-        )
-        sweep = self._swept(bare, np.repeat(x[None, :], len(x), axis=0), acting)
-        return np.ascontiguousarray(self._of_free(sweep, len(x)).T)
+        positions = np.concatenate([self._driven, x])
+        (every,) = mass_matrix_of(self._solver, Targets.of_positions(positions[None]))
+        free = slice(len(self._driven), None)
+        return np.ascontiguousarray(every[free, free])
 
 
 class SmallMotions(NamedTuple):
