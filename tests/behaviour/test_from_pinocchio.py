@@ -328,3 +328,19 @@ def test_what_is_refused() -> None:
         setattr(constraint, name, value)
         with pytest.raises(cd.ModelError, match=f"{name} is not read: place its two ends"):
             cd.from_pinocchio(model, [constraint])
+
+
+def test_what_has_an_inertia_and_no_mass_is_told() -> None:
+    model = pin.Model()
+    index = model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), "j")
+    model.appendBodyToJoint(index, pin.Inertia(0.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+    with pytest.raises(cd.ModelError, match="mass 0 kg is not positive"):
+        cd.from_pinocchio(model)
+    mechanism = cd.from_pinocchio(model, strict=False)
+    (warning,) = mechanism.warnings
+    assert warning.endswith("link 'j_link': mass 0 kg: an inertia without mass")
+    turn = cd.Scene(mechanism, drive="j").sweep([0.1], speed=2.0, acceleration=3.0)
+    np.testing.assert_allclose(turn.drive_effort, 3.0, rtol=1e-14)
+    model.inertias[index] = pin.Inertia(float("nan"), np.zeros(3), np.eye(3))
+    with pytest.raises(cd.ModelError, match="mass nan kg is not positive"):
+        cd.from_pinocchio(model, strict=False)

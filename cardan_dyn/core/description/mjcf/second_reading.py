@@ -98,8 +98,8 @@ class _Placed:
             ),
         )
 
-    def _of_tendons(self, index: int) -> tuple[tuple[str, str], tuple[float, float]]:
-        """Return the joints that tendons couple, and offset and ratio of the one that follows.
+    def _of_tendons(self, index: int) -> tuple[tuple[str, str], tuple[float, ...]]:
+        """Return the joints that tendons couple, and the polynomial of the one that follows.
 
         They are those along which MuJoCo's tendons stretch, unlike what the equality asks of them.
         """
@@ -108,19 +108,27 @@ class _Placed:
         model, data = self._model, self._data
         ends, terms = (model.eq_obj1id[index], model.eq_obj2id[index]), model.eq_data[index][:5]
 
-        def error() -> float:
+        def stretched() -> tuple[float, float]:
             mujoco.mj_tendon(model, data)
             first, second = (data.ten_length[k] - model.tendon_length0[k] for k in ends)
+            return float(first), float(second) if ends[1] >= 0 else 0.0
+
+        def error() -> float:
+            first, second = stretched()
             wanted = terms[0] if ends[1] < 0 else np.polyval(terms[::-1], second)
             return float(first - wanted)
 
-        at_zero, slopes = error(), {}
+        at_zero, slopes, ways = error(), {}, {}
         for name, joint in self._joints.items():
             place = model.jnt_qposadr[joint]
             before = data.qpos[place]
             data.qpos[place] = before + 1.0
-            slopes[name] = error() - at_zero
+            slopes[name], ways[name] = error() - at_zero, stretched()
             data.qpos[place] = before
+        if ends[1] >= 0 and np.any(terms[2:]):
+            driven, driving = (max(ways, key=lambda name: abs(ways[name][k])) for k in (0, 1))
+            on, by = ways[driven][0], ways[driving][1]
+            return (driven, driving), tuple(terms * by ** np.arange(5.0) / on)
         # Along all other joints there is rounding at most.
         pair = sorted(slopes, key=lambda name: abs(slopes[name]))[-2:]
         driving, driven = (name for name in slopes if name in pair)

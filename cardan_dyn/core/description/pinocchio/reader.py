@@ -28,7 +28,7 @@ from ..description import (
     SourceModel,
     kinds_of,
 )
-from ..elements import GREATEST, LEAST_MASS, armature, check_size, unique, words
+from ..elements import GREATEST, armature, check_size, unique, words
 from ..left_out import dynamics_left_out, limits_left_out
 from ..mimics import default_name
 from ..urdf import check_inertia
@@ -156,14 +156,13 @@ class _Reader:
         at = f"{self._where}: link {name!r}"
         if inertia.mass == 0.0 and not inertia.inertia.any():
             return LinkDescription(name)
-        if not inertia.mass >= LEAST_MASS and (self._strict or inertia.mass != 0.0):
-            raise ModelError(f"{at}: mass {inertia.mass:g} kg is not positive")
-        warning = check_inertia(np.array(inertia.inertia), at, self._strict)
+        tensor = np.array(inertia.inertia)
+        warning = check_inertia(inertia.mass, tensor, at, self._strict, "no inertia, too")
         if warning:
             self._warnings.append(warning)
         turn = place[:3, :3]
         centre = turn.T @ (inertia.lever - place[:3, 3])
-        return LinkDescription(name, inertia.mass, centre, turn.T @ inertia.inertia @ turn)
+        return LinkDescription(name, inertia.mass, centre, turn.T @ tensor @ turn)
 
     def _add(self, index: int) -> None:
         """Add the joint of an index, part by part from the parent outwards."""
