@@ -107,33 +107,25 @@ class _Placed:
 
         model, data = self._model, self._data
         ends, terms = (model.eq_obj1id[index], model.eq_obj2id[index]), model.eq_data[index][:5]
-
-        def stretched() -> tuple[float, float]:
-            mujoco.mj_tendon(model, data)
-            first, second = (data.ten_length[k] - model.tendon_length0[k] for k in ends)
-            return float(first), float(second) if ends[1] >= 0 else 0.0
-
-        def error() -> float:
-            first, second = stretched()
-            wanted = terms[0] if ends[1] < 0 else np.polyval(terms[::-1], second)
-            return float(first - wanted)
-
-        at_zero, slopes, ways = error(), {}, {}
+        if ends[1] < 0:
+            terms = terms * [1.0, 0.0, 0.0, 0.0, 0.0]
+        along = {}
         for name, joint in self._joints.items():
             place = model.jnt_qposadr[joint]
             before = data.qpos[place]
             data.qpos[place] = before + 1.0
-            slopes[name], ways[name] = error() - at_zero, stretched()
+            mujoco.mj_tendon(model, data)
+            along[name] = np.array([data.ten_length[k] - model.tendon_length0[k] for k in ends])
             data.qpos[place] = before
-        if ends[1] >= 0 and np.any(terms[2:]):
-            driven, driving = (max(ways, key=lambda name: abs(ways[name][k])) for k in (0, 1))
-            on, by = ways[driven][0], ways[driving][1]
+        if terms[2:].any():
+            driven, driving = (max(along, key=lambda name: abs(along[name][k])) for k in (0, 1))
+            on, by = along[driven][0], along[driving][1]
             return (driven, driving), tuple(terms * by ** np.arange(5.0) / on)
+        slopes = {name: first - terms[1] * second for name, (first, second) in along.items()}
         # Along all other joints there is rounding at most.
         pair = sorted(slopes, key=lambda name: abs(slopes[name]))[-2:]
         driving, driven = (name for name in slopes if name in pair)
-        one, other = slopes[driving], slopes[driven]
-        return (driven, driving), (-at_zero / other, -one / other)
+        return (driven, driving), (terms[0] / slopes[driven], -slopes[driving] / slopes[driven])
 
     def _of_joint(self, index: int) -> str:
         return next(name for name, k in self._joints.items() if k == index)
