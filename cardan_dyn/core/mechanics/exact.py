@@ -328,7 +328,7 @@ class _Chain:
             step = self._step(here, rank, tolerance)
             longest = np.abs(step).max(initial=0.0)
             if longest < _CLOSED:
-                break
+                return here
             x = self.moved(x, step * min(1.0, 0.5 / max(longest, EPS)))
         return self.at(x)
 
