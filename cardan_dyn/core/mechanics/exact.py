@@ -435,7 +435,7 @@ class _Chain:
                 growth.reshape(-1, growth.shape[-1]), full_matrices=False
             )
             asked = -np.einsum("krs,kr->ks", null, here.errors).ravel() @ left
-            least = max(cut, _LEVERS * error) * sizes[0]
+            least = max(cut, _LEVERS * error) * sizes.max(initial=0.0)
             taken = (sizes > least) & (np.abs(asked) <= tolerance * sizes)
             change = (asked[taken] / sizes[taken]) @ right[taken]
             for index, own in enumerate(change.reshape(-1, 6)):
