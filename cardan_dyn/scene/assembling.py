@@ -42,11 +42,11 @@ def assemble(
     Args:
         mechanism: from `load`.
         near: positions of joints [rad or m], up to all of them, a configuration, or the name of a
-            keyframe of MJCF. The other
-            joints follow on their way there, so that the assembly mode stays the same unless the
-            way leads through a singular configuration. Positions at which all loops are closed are
-            taken as they are; those of more joints than decide where the mechanism is mean the
-            assembly nearest to them, see `Scene`.
+            keyframe of MJCF or of a reference configuration of a `pin.Model`. The other joints
+            follow on their way there, so that the assembly mode stays the same unless the way leads
+            through a singular configuration. Positions at which all loops are closed are taken as
+            they are; those of more joints than decide where the mechanism is mean the assembly
+            nearest to them, see `Scene`.
 
     Raises:
         ModelError: no such joint.

@@ -159,6 +159,12 @@ def couple(
     check_unique([*taken, name], "joint or loop", before.name)
     first, second = text("couple: first", first), text("couple: second", second)
     of_joints = not (first in known and second in known)
+    powers = numbers("couple: higher", higher)
+    if powers.ndim != 1:
+        raise ArgumentError(
+            f"couple: higher has shape {powers.shape}, expected (n,): the coefficients of the "
+            "square, the cube and so on"
+        )
     given = zip(Mesh._fields, (pressure_angle, helix_angle, along), strict=True)
     teeth = {key: number(f"couple: {key}", value) for key, value in given if value is not None}
     stated = CouplingDescription(
@@ -170,7 +176,7 @@ def couple(
         of_joints=of_joints,
         forces=text("couple: forces", forces),
         mesh=Mesh(**teeth) if teeth or forces == "mesh" else None,
-        higher=tuple(numbers("couple: higher", higher).reshape(-1).tolist()),
+        higher=tuple(powers.tolist()),
     )
     holder = Element("robot")
     if of_joints:

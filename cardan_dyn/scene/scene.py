@@ -88,13 +88,13 @@ class Scene(Prescribed):
             is then what makes the elastic energy least, instead of the least norm.
         strict: refuse to choose what the laws of motion leave open.
         near: joints to positions [rad or m] at which the scene begins, up to a complete
-            configuration, a `Configuration`, or the name of a keyframe of MJCF, of which joints
-            that are held play no part; together with `held` they have to close the loops.
-            They are followed there from the description's zero; where that leads past a dead
-            point or through open loops, the mechanism is assembled there. Positions of more joints
-            than decide where the mechanism is, such as those of encoders, mean the assembly
-            nearest to them (least squares of angles, and of slides in lengths of the mechanism);
-            what has none within 0.01 is refused.
+            configuration, a `Configuration`, or the name of a keyframe of MJCF or of a reference
+            configuration of a `pin.Model`, of which joints that are held play no part; together
+            with `held` they have to close the loops. They are followed there from the description's
+            zero; where that leads past a dead point or through open loops, the mechanism is
+            assembled there. Positions of more joints than decide where the mechanism is, such as
+            those of encoders, mean the assembly nearest to them (least squares of angles, and of
+            slides in lengths of the mechanism); what has none within 0.01 is refused.
         branch: name of the assembly mode, from `branches`; `A` is that of the description.
         elements: springs, dampers, bushings, friction and actuators: `JointSpring`,
             `JointFriction`, `PointSpring`, `PointActuator`, `Bushing`, `Actuator`. Like a

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.mechanism.mechanism import Mechanism
-from ..core.problem.arguments import by_coordinate
+from ..core.problem.arguments import by_coordinate, keyframe
 from ..core.problem.coordinate_names import each_coordinate
 from ..core.results.sweep import Sweep
 from ..kit.arrays import Array
+from ..kit.checks import mapping
 from ..kit.errors import MobilityError
 from .drives import Drives, described_limits, drives_of
 from .presets import Preset, preset_of
@@ -104,7 +105,7 @@ def default_scene(mechanism: Mechanism, **given: Any) -> Scene:
         mechanism: from `load`.
         given: `drive`, driven joints; with what `held` and the preset hold, or the default of
             `Drives`. `held`, joints to positions [rad or m]. `loads`, joints to efforts [N·m or N]
-            and `gravity` `(3,)` [m/s²]; those of the preset if None.
+            and `gravity` `(3,)` [m/s²]; those of the preset if None. `near`, see `Scene`.
 
     Raises:
         CardanError: as `Scene` does.
@@ -119,10 +120,10 @@ def _scene_and_why(
     held: Mapping[str, ArrayLike] | None = None,
     loads: Mapping[str, float] | None = None,
     gravity: ArrayLike | str | None = None,
+    near: Mapping[str, ArrayLike] | str | None = None,
 ) -> tuple[Scene, str]:
     """Return the scene, and why its drives were chosen, in brackets; nothing if they were given."""
     preset, why = preset_of(mechanism), ""
-    near: dict[str, float | Array] = {}
     positions, drives = by_coordinate(mechanism, "held", held), each_coordinate(mechanism, drive)
     if preset is not None:
         resting = {name: np.deg2rad(angle) for name, angle in preset.held_deg.items()}
@@ -138,7 +139,8 @@ def _scene_and_why(
         if found.is_moved:
             # What is held elsewhere is brought there from the start.
             start = found.start.positions.items()
-            near = {name: value for name, value in start if name not in positions}
+            given = mapping("near", keyframe(mechanism, near))
+            near = {name: value for name, value in start if name not in positions} | given
         why = f" ({found.reason.partition(':')[0]})"
     preset = preset or Preset()
     return Scene(

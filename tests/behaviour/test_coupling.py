@@ -181,6 +181,8 @@ def test_numbers_are_made_exact_within_the_tolerance() -> None:
         ({"first": "in", "second": "in"}, cd.ModelError, "cannot mimic itself"),
         ({"ratio": 0.0}, cd.ModelError, "ratio of zero"),
         ({"ratio": np.nan}, cd.ArgumentError, "couple: ratio is not finite"),
+        ({"higher": [[1, 2]]}, cd.ArgumentError, r"higher has shape \(1, 2\), expected \(n,\)"),
+        ({"higher": 2.0}, cd.ArgumentError, r"higher has shape \(\), expected \(n,\)"),
         ({"offset": 0.1}, cd.ArgumentError, "a coupling of links has no offset"),
         ({"forces": "mash"}, cd.ModelError, "forces 'mash' is unknown"),
         ({"helix_angle": 0.2}, cd.ModelError, 'helix_angle|is one of teeth: write forces="mesh"'),

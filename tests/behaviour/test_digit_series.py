@@ -149,6 +149,21 @@ def legs() -> Machine:
     return Machine(joints, loops, ["lA", "lD", "rA", "rD"])
 
 
+def three_rods(middle: float) -> Machine:
+    """A plate on three parallel rods with their ends in line: two four-bars, as in a robot's neck.
+
+    Whether each rod is as long as the others is of no first order to how it moves.
+    """
+    rod, row = np.array([0.018, 0.038, 0.0]), np.array([0.0072, 0.0019, 0.0])
+    at = {"a": 0.0 * row, "b": row, "c": middle * row}
+    joints = {name: Joint("ground", name, askew(place)) for name, place in at.items()}
+    joints["plate"] = Joint("a", "plate", askew(rod))
+    loops = {
+        f"on_{name}": Joint("plate", name, askew(at[name] + rod + [0, 0, 0.01])) for name in "bc"
+    }
+    return Machine(joints, loops, ["a"])
+
+
 def delta() -> Machine:
     """Three arms, each with two rods between balls, which may spin about their own lines."""
     joints, loops = {}, {}
@@ -177,6 +192,8 @@ MACHINES: dict[str, Callable[[], Machine]] = {
     "palletiser": palletiser,
     "wrist": wrist,
     "legs": legs,
+    "three_rods": lambda: three_rods(-1.0),
+    "rods_in_a_row": lambda: three_rods(2.0),
     "delta": delta,
 }
 

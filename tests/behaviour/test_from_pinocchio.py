@@ -330,3 +330,53 @@ def test_what_is_refused() -> None:
         setattr(constraint, name, value)
         with pytest.raises(cd.ModelError, match=f"{name} is not read: place its two ends"):
             cd.from_pinocchio(model, [constraint])
+
+
+def test_what_has_an_inertia_and_no_mass_is_told() -> None:
+    model = pin.Model()
+    index = model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), "j")
+    model.appendBodyToJoint(index, pin.Inertia(0.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+    with pytest.raises(cd.ModelError, match="mass 0 kg is not positive"):
+        cd.from_pinocchio(model)
+    mechanism = cd.from_pinocchio(model, strict=False)
+    (warning,) = mechanism.warnings
+    assert warning.endswith("link 'j_link': mass 0 kg: an inertia without mass")
+    turn = cd.Scene(mechanism, drive="j").sweep([0.1], speed=2.0, acceleration=3.0)
+    np.testing.assert_allclose(turn.drive_effort, 3.0, rtol=1e-14)
+    model.inertias[index] = pin.Inertia(float("nan"), np.zeros(3), np.eye(3))
+    with pytest.raises(cd.ModelError, match="mass nan kg is not positive"):
+        cd.from_pinocchio(model, strict=False)
+
+
+def test_reference_configurations_are_near_by_name() -> None:
+    """Bodies are where Pinocchio places them, whatever its joints are made of."""
+    model = pin.Model()
+    screw = pin.JointModelComposite(2)
+    screw.addJoint(pin.JointModelHX(0.1))
+    screw.addJoint(pin.JointModelRevoluteUnaligned(*np.array([0.6, 0.0, 0.8])), pin.SE3.Random())
+    kinds = [
+        *(pin.JointModelFreeFlyer(), pin.JointModelRY(), pin.JointModelSpherical(), screw),
+        *(pin.JointModelSphericalZYX(), pin.JointModelPlanar(), pin.JointModelRUBZ()),
+        *(pin.JointModelTranslation(), pin.JointModelPZ()),
+    ]
+    for parent, kind in enumerate(kinds):
+        index = model.addJoint(parent, kind, pin.SE3.Random(), f"j{parent}")
+        model.appendBodyToJoint(index, pin.Inertia.Random(), pin.SE3.Identity())
+        model.addBodyFrame(f"b{parent}", index, pin.SE3.Random(), 0)
+    bound = np.ones(model.nq)
+    q = pin.randomConfiguration(model, -bound, bound)
+    model.referenceConfigurations["ready"] = q
+    mechanism = cd.from_pinocchio(model, strict=False)
+    assert list(mechanism.description.keyframes) == ["ready"]
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    found = cd.assemble(mechanism, near="ready")
+    for number in range(len(kinds)):
+        expected = data.oMf[model.getFrameId(f"b{number}")]
+        np.testing.assert_allclose(found.point(f"b{number}"), expected.translation, atol=1e-12)
+        np.testing.assert_allclose(found.orientation(f"b{number}"), expected.rotation, atol=1e-12)
+    with pytest.raises(cd.ArgumentError, match=r"no keyframe 'redy'.*mean 'ready'"):
+        cd.assemble(mechanism, near="redy")
+    model.referenceConfigurations["short"] = q[1:]
+    with pytest.raises(cd.ModelError, match=r"reference configuration 'short' is not \d+ finite"):
+        cd.from_pinocchio(model, strict=False)

@@ -5,13 +5,17 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import RegularGridInterpolator
 from testkit.scenes import relative
 
 import cardan_dyn as cd
 from cardan_dyn import vibration
+from cardan_dyn.core.elements.law import Law
 from cardan_dyn.core.elements.point_spring import PointForce
 
 ENDS = ("crank", (0.05, 0.02, 0.0), "rocker", (0.1, 0.1, 0.0))
@@ -77,6 +81,57 @@ def test_a_law_of_length_and_rate_is_a_spring_and_a_damper() -> None:
     assert relative(one.drive_effort, other.drive_effort) < 1e-13
     heat = other.element_force[0].dissipation
     np.testing.assert_allclose(one.element_force[1].dissipation, heat, atol=1e-11)
+
+
+def sheet(law: Callable[[float, float], float], first: object, second: object) -> np.ndarray:
+    """A table of two things as a sheet shows it."""
+    table = np.zeros((np.size(first) + 1, np.size(second) + 1))
+    table[1:, 0], table[0, 1:] = first, second
+    table[1:, 1:] = [[law(x, y) for y in np.ravel(second)] for x in np.ravel(first)]
+    return table
+
+
+def test_a_table_of_length_and_rate_is_the_law_it_was_made_of() -> None:
+    """Lengths times rates lie on it between its places, too."""
+
+    def thrust(length: float, rate: float) -> float:
+        return 500.0 * (0.2 - length) - 30.0 * rate - 70.0 * length * rate
+
+    table = sheet(thrust, [0.01, 0.15, 0.9], [-9.0, -1.0, 0.5, 9.0])
+    laws = (thrust, ("length", "rate")), (table, ("length", "rate")), (table.T, ("rate", "length"))
+    plain, *tables = (
+        four_bar(cd.PointActuator(*ENDS, law, of=of)).sweep(TURN, speed=3.0) for law, of in laws
+    )
+    for turn in tables:
+        assert relative(turn.drive_effort, plain.drive_effort) < 1e-13
+        assert turn.element_force[0].energy.max() == turn.element_force[0].dissipation.max() == 0.0
+        assert turn.power_residual < 1e-13
+
+
+def test_a_table_of_two_is_bilinear_between_its_places() -> None:
+    rng = np.random.default_rng(5)
+    first, second = np.cumsum(rng.uniform(0.1, 1.0, (2, 6)), axis=1)
+    table = sheet(lambda *_: rng.normal(), first, second[:4])
+    law = Law.checked("Actuator: effort", table, ("time", "position"), ("time", "position"))
+    at = rng.uniform(first[0], first[-1], 50), rng.uniform(second[0], second[3], 50)
+    expected = RegularGridInterpolator((first, second[:4]), table[1:, 1:])(np.stack(at, axis=1))
+    found = law.at("effort", time=at[0], position=at[1])
+    np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-14)
+    one = law.at_one("effort", time=at[0][3], position=at[1][3])
+    assert one == found[3]
+
+
+def test_a_block_falls_through_a_table_of_height_and_speed() -> None:
+    """A drag of 3 N·s/m that grows by 2 N·s/m² with the height."""
+    table = sheet(lambda z, v: -(3.0 + 2.0 * z) * v, [0.0, 4.0], [-20.0, 20.0])
+    turn = lift(2.0, between(table, ("length", "rate"))).simulate(0.5, position=3.0)
+    fall = solve_ivp(
+        lambda _, y: (y[1], -9.81 - (3.0 + 2.0 * y[0]) * y[1] / 2.0),
+        *((0.0, 0.5), (3.0, 0.0)),
+        rtol=1e-12,
+        atol=1e-13,
+    )
+    assert turn.motion.position("lift")[-1] == pytest.approx(fall.y[0, -1], rel=1e-8)
 
 
 def test_the_thrust_of_a_cylinder_at_a_slider_crank() -> None:
@@ -326,8 +381,15 @@ class _Wrong(cd.PointActuator):
         return done._replace(force=1.001 * done.force)
 
 
-@pytest.mark.parametrize(("thrust", "of"), [(30.0, "time"), (LINE, "length"), (np.cos, "rate")])
-def test_the_proof_has_the_law_once_more(thrust: object, of: str) -> None:
+MAP = np.array([[0, -9, 1, 9], [0.01, 40, 30, 0], [0.9, 60, 30, -20]], dtype=float)
+"""A thrust over length and rate."""
+
+
+@pytest.mark.parametrize(
+    ("thrust", "of"),
+    [(30.0, "time"), (LINE, "length"), (np.cos, "rate"), (MAP, ("length", "rate"))],
+)
+def test_the_proof_has_the_law_once_more(thrust: object, of: object) -> None:
     four_bar(cd.PointActuator(*ENDS, thrust, of=of)).sweep(TURN, speed=2.0)
     with pytest.raises(cd.AccuracyError):
         four_bar(_Wrong(*ENDS, thrust, of=of)).sweep(TURN, speed=2.0)
@@ -338,14 +400,18 @@ def test_the_proof_has_the_law_once_more(thrust: object, of: str) -> None:
     [
         (np.nan, "time", "thrust is not finite"),
         ("much", "time", "thrust is not an array of real numbers"),
-        ([1.0, 2.0], "length", r"thrust has shape \(2,\), expected a number, a function, or a tab"),
+        ([1.0, 2.0], "length", r"thrust has shape \(2,\), expected a number, a function, a table"),
         ([[1.0, 2.0]], "length", r"thrust has shape \(1, 2\)"),
         ([[1.0, 2.0], [1.0, 3.0]], "length", "thrust: the first column of a table ascends"),
         (
             [[1.0, 2.0], [2.0, 3.0]],
             ("length", "rate"),
-            "thrust has shape .* a table .* of one of: length, rate, time",
+            r"thrust has shape \(2, 2\).* a table .* of one of: length, rate, time; or of two",
         ),
+        (MAP[:, :2], ("length", "rate"), r"thrust has shape \(3, 2\)"),
+        (MAP, ("length", "rate", "time"), r"thrust has shape \(3, 4\)"),
+        (MAP[[0, 2, 1]], ("length", "rate"), "thrust: the first column of a table ascends"),
+        (MAP[:, [0, 3, 2, 1]], ("length", "rate"), "thrust: the first row of a table ascends"),
         (1.0, "speed", "of is 'speed'; it is length, rate, time"),
         (1.0, (), r"of is .*; it is length, rate, time"),
     ],
@@ -359,6 +425,12 @@ def test_laws_that_are_none_are_refused(thrust: object, of: object, words: str) 
     ("thrust", "of", "words"),
     [
         (LINE[:2], "length", r"thrust at length 0\.\d+ m: its table of length .* 0\.01 to 0\.15"),
+        (
+            MAP[:, [0, 2, 3]],
+            ("length", "rate"),
+            r"thrust at length 0\.\d+ m, rate .* m/s: its table of length goes from 0\.01 to 0\.9 "
+            "and of rate goes from 1 to 9; give it",
+        ),
         (lambda length: 1.0 / 0.0, "length", r"thrust at length .* m fails: ZeroDivisionError"),
         (lambda a, b: np.nan, ("rate", "time"), r"thrust at rate .* m/s, 0 s is not finite"),
     ],

@@ -269,6 +269,17 @@ def more_motors_than_freedoms(_: Path) -> None:
         cd.Scene(mechanism, drive=("a", "b"))
 
 
+def rods_of_two_lengths(_: Path) -> None:
+    """They lock what they were meant to move side by side."""
+    with pytest.raises(cd.MobilityError, match=r"mobility 0.*closure_tolerance="):
+        cd.Scene(cd.load(linkages.neck(2.5e-5)), drive="arm").sweep([0.1])
+    alike = solved(cd.load(linkages.neck(0.0)), ("arm",))
+    accepted = cd.load(linkages.neck(2.5e-5), closure_tolerance=1e-3)
+    scene = cd.Scene(accepted, drive=("arm",), gravity=GRAVITY)
+    turn = scene.sweep(alike.position, alike.speed, alike.acceleration)
+    np.testing.assert_allclose(turn.drive_effort, alike.drive_effort, rtol=1e-3, atol=1e-6)
+
+
 def file_that_contradicts_itself(_: Path) -> None:
     text = linkages.four_bar(linkages.loop("continuous"))
     assert '<axis xyz="0 ' in text
@@ -283,6 +294,7 @@ def of_more(begins: str, result: str) -> Callable[[Path], None]:
     """Return the twin of a row of the last table by what its result says."""
     for word, twin in (
         ("cd.close", loop_added_in_python),
+        ("closure_tolerance", rods_of_two_lengths),
         ("from `near=", stretched_at_zero),
         ("a tree", tree_without_its_loops),
         ("to drop", more_motors_than_freedoms),

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from testkit import hinge_loops
+from testkit.linkages import neck
 
 import cardan_dyn as cd
 
@@ -243,3 +244,22 @@ def test_loops_that_last_digits_may_lock_are_named(tilt: str, length: float, sai
     for warning in warnings:
         assert "all that keeps e, f from moving" in warning
     assert cd.describe(mechanism).mobility == (length == 1.0)
+
+
+@pytest.mark.parametrize(("longer", "said"), [(1e-6, False), (2.5e-5, True)])
+def test_rods_of_two_lengths_are_made_one_or_told_what_would(longer: float, said: bool) -> None:
+    """Their closing frames close at zero whatever the lengths are."""
+    mechanism = cd.load(neck(longer))
+    if said:
+        assert cd.describe(mechanism).mobility == 0
+        (warning,) = told(mechanism, "loops would close all along their motion")
+        (tolerance,) = re.findall(r"closure_tolerance=([0-9.e-]+)", warning)
+        mechanism = cd.load(neck(longer), closure_tolerance=float(tolerance))
+    assert cd.describe(mechanism).mobility == 1
+    scenes = [
+        cd.Scene(item, drive="arm", gravity=GRAVITY) for item in (mechanism, cd.load(neck(0)))
+    ]
+    found, expected = (scene.sweep([-0.2, 0.1, 0.3], 2.0) for scene in scenes)
+    np.testing.assert_allclose(found.drive_effort, expected.drive_effort, rtol=100 * longer)
+    shifts = [item.matrix[:3, 3] for item in mechanism.description.displacements]
+    assert 0.5 * longer < np.linalg.norm(shifts) < 2 * longer

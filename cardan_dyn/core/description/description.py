@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -401,31 +401,19 @@ class Description(Value):
         Springs and friction of theirs, limits and the motion that an author gives them are left
         out: they were those of the type that it was. A rotor stays with the last part.
         """
+
+        def changed(item: Any) -> Any:
+            if item.name not in types:
+                return item
+            kind = types[item.name]
+            kept = at_last_parts(item.armature, kind)
+            found = replace(item, type=kind, dynamics=Dynamics(), armature=kept)
+            return found if isinstance(item, LoopDescription) else replace(found, limits=Limits())
+
         return replace(
             self,
-            joints=tuple(
-                replace(
-                    joint,
-                    type=types[joint.name],
-                    limits=Limits(),
-                    dynamics=Dynamics(),
-                    armature=at_last_parts(joint.armature, types[joint.name]),
-                )
-                if joint.name in types
-                else joint
-                for joint in self.joints
-            ),
-            loops=tuple(
-                replace(
-                    loop,
-                    type=types[loop.name],
-                    dynamics=Dynamics(),
-                    armature=at_last_parts(loop.armature, types[loop.name]),
-                )
-                if loop.name in types
-                else loop
-                for loop in self.loops
-            ),
+            joints=tuple(map(changed, self.joints)),
+            loops=tuple(map(changed, self.loops)),
             independent_joints=tuple(name for name in self.independent_joints if name not in types),
         )
 

@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pinocchio
 
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
@@ -87,9 +88,9 @@ def _reread(description: Description) -> Description:
     """Return a description with the numbers of its source."""
     source = description.source
     if isinstance(source, SourceModel):
-        from .pinocchio import second_reading as pinocchio
+        from .pinocchio.second_reading import reread as of_model
 
-        return pinocchio.reread(description, source)
+        return of_model(description, source)
     if source is None:
         return description
     from xml.etree import ElementTree
@@ -184,16 +185,12 @@ def _link(name: str, element: Element) -> LinkDescription:
     if inertial is None:
         return LinkDescription(name)
     frame = _origin(inertial)
-    inertia = _child(inertial, "inertia")
+    stated = _child(inertial, "inertia")
     rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
-    tensor = np.array([[float(inertia.get(key, "0")) for key in row] for row in rows])
+    tensor = np.array([[float(stated.get(key, "0")) for key in row] for row in rows])
     mass = float(_child(inertial, "mass").attrib["value"])
-    return LinkDescription(
-        name,
-        0.0 if mass < _VANISHING else mass,
-        frame[:3, 3],
-        np.einsum("ij,jk,lk->il", frame[:3, :3], tensor, frame[:3, :3]),
-    )
+    inertia = frame[:3, :3] @ tensor @ frame[:3, :3].T
+    return LinkDescription(name, 0.0 if mass < _VANISHING else mass, frame[:3, 3], inertia)
 
 
 def _joint(joint: JointDescription, element: Element) -> JointDescription:
@@ -279,15 +276,9 @@ def _origin(element: Element) -> Array:
 
 def _frame(element: Element) -> Array:
     """Return the `(4, 4)` placement of xyz and rpy: turns about fixed axes x, y, z in turn."""
-    frame = np.eye(4)
-    for axis, angle in enumerate(_triple(element, "rpy", (0.0, 0.0, 0.0))):
-        second, third = (axis + 1) % 3, (axis + 2) % 3
-        turn = np.eye(4)
-        turn[second, second] = turn[third, third] = np.cos(angle)
-        turn[third, second], turn[second, third] = np.sin(angle), -np.sin(angle)
-        frame = turn @ frame
-    frame[:3, 3] = _triple(element, "xyz", (0.0, 0.0, 0.0))
-    return frame
+    turn = pinocchio.rpy.rpyToMatrix(_triple(element, "rpy", (0.0, 0.0, 0.0)))
+    place = pinocchio.SE3(turn, _triple(element, "xyz", (0.0, 0.0, 0.0)))
+    return np.array(place.homogeneous)
 
 
 def _triple(element: Element | None, name: str, default: tuple[float, ...]) -> Array:

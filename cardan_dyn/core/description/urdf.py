@@ -166,17 +166,28 @@ def check_tree(links: list[str], joints: list[JointDescription], where: str) -> 
         )
 
 
-def check_inertia(tensor: np.ndarray, at: str, strict: bool) -> str:
-    """Return why no body can have an inertia; an empty text where one can.
+def check_inertia(mass: float, tensor: np.ndarray, at: str, strict: bool, massless: str) -> str:
+    """Return why no body can have a mass and inertia; an empty text where one can.
 
     Args:
+        mass: the mass [kg].
         tensor: the inertia `(3, 3)` about the centre of mass [kg·m²].
         at: how messages name it.
-        strict: whether an inertia that no body can have is refused.
+        strict: whether what no body can have is refused.
+        massless: how the notation describes a massless link.
 
     Raises:
-        ModelError: no body can have it, and `strict` refuses that; or it has no principal moments.
+        ModelError: the mass is negative; or no body can have that, and `strict` refuses it; or the
+            inertia has no principal moments.
     """
+    accepted = "; load(..., strict=False) accepts it"
+    if not mass >= LEAST_MASS and (strict or mass):
+        raise ModelError(
+            f"{at}: mass {mass:g} kg is not positive; a massless link has {massless}"
+            f"{'' if mass else accepted}"
+        )
+    meaning = "an inertia without mass" if np.any(tensor) else "taken as massless"
+    weightless = "" if mass else f"{at}: mass 0 kg: {meaning}"
     try:
         if not np.isfinite(tensor).all():
             raise ValueError("it is not finite")
@@ -193,8 +204,8 @@ def check_inertia(tensor: np.ndarray, at: str, strict: bool) -> str:
             "inequality: the greatest exceeds the sum of the other two, which no body can have"
         )
     if fault and strict:
-        raise ModelError(f"{fault}; load(..., strict=False) accepts it")
-    return fault
+        raise ModelError(f"{fault}{accepted}")
+    return "; ".join(filter(None, (weightless, fault)))
 
 
 def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkDescription, str]:
@@ -212,15 +223,7 @@ def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkD
         number(inertia_element.get(moment), "0", f"{at}: inertia {moment}") for moment in MOMENTS
     ]
     tensor = tensor_of(*moments)
-    if mass < LEAST_MASS and (strict or mass):
-        raise ModelError(
-            f"{at}: mass {mass:g} kg is not positive; a massless link has no <inertial>"
-            + ("; load(..., strict=False) accepts it" if mass == 0.0 else "")
-        )
-    warning = check_inertia(tensor, at, strict)
-    if mass == 0.0:
-        meaning = "an inertia without mass" if np.any(tensor) else "taken as massless"
-        warning = f"{at}: mass 0 kg: {meaning}" + (f"; {warning}" if warning else "")
+    warning = check_inertia(mass, tensor, at, strict, "no <inertial>")
     rotation = frame[:3, :3]
     return LinkDescription(name, mass, frame[:3, 3], rotation @ tensor @ rotation.T), warning
 

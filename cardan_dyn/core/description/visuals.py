@@ -9,12 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
-import numpy as np
-
 from ...kit.errors import ModelError, choices
 from .description import Description
-from .elements import numbers, only, placement
-from .visual import SIZES, Rgba, Visual, positive, read_each, rgba, scale_of
+from .elements import only, placement
+from .visual import SIZES, Rgba, Visual, read_each, rgba
 
 
 def visuals_of(description: Description) -> tuple[list[Visual], list[str]]:
@@ -69,20 +67,14 @@ def _urdf_visual(
         raise ModelError(
             f"<geometry> needs one of {choices(('box', 'cylinder', 'sphere', 'mesh'))}"
         )
-    shape, kind = shapes[0], shapes[0].tag
+    from .sdf.visuals import shape_of  # Its text is looked for in the way of SDF.
+
+    (stated,) = shapes
+    shape = ElementTree.Element(stated.tag)
+    for name, value in stated.attrib.items():
+        ElementTree.SubElement(shape, "uri" if name == "filename" else name).text = value
     color = _urdf_color(only(element, "material", "it"), materials)
-    at = placement(element, "it")
-    if kind == "mesh":
-        scale = scale_of(shape.get("scale"), "mesh scale")
-        file = shape.get("filename", "")
-        return Visual(link, kind, (), at, color, file, folder, scale=scale)
-    attributes = {"box": ("size",), "sphere": ("radius",), "ellipsoid": ("radii",)}
-    counts = {"box": 3, "ellipsoid": 3}
-    size = [
-        numbers(shape.get(name), counts.get(kind, 1), "", f"{kind} {name}")
-        for name in attributes.get(kind, ("radius", "length"))
-    ]
-    return Visual(link, kind, positive(np.concatenate(size), f"{kind}: its size"), at, color)
+    return shape_of(link, shape, placement(element, "it"), color, folder)
 
 
 def _urdf_color(

@@ -246,10 +246,11 @@ class Actuator(LawElement, JointElement):
         joint: name of the joint, or of one of its coordinates.
         effort: [N·m or N]; or a function that returns it for a time [s] or a position [rad or m],
             a number or an array; or a table `(n, 2)` of times or positions, which ascend, and
-            efforts, with straight lines between its rows. Beyond its ends is an error.
+            efforts, with straight lines between its rows, or of both, as of `PointActuator`.
+            Beyond its ends is an error.
         name: by which results show it; may be empty.
-        of: what a function or table takes, `time` or `position`, or both for a function that takes
-            both, in their order. Angles count whole turns.
+        of: what a function or table takes, `time` or `position`, or both in their order. Angles
+            count whole turns.
 
     Raises:
         ArgumentError: the effort is no finite number, table or function, or `of` is unknown.

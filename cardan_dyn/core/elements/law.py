@@ -14,7 +14,11 @@ from ...kit.errors import ArgumentError, choices
 from .element import Element
 
 Given: TypeAlias = float | Array | Callable[..., Any]
-"""A number; a table `(n, 2)`, n at least 2, of places that ascend and values; or a function."""
+"""A number; a table `(n, 2)`, n at least 2, of places that ascend and values; or a function.
+
+A table of two things is `(n + 1, m + 1)`: below a corner that counts for nothing, places of the
+first in its first column, beside it places of the second in its first row, and values between.
+"""
 
 _AT = {"time": "{:g} s", "length": "length {:g} m", "rate": "rate {:g} m/s"}
 """How messages tell the value of what a function takes; `position 0.5` and the like of others."""
@@ -53,13 +57,19 @@ class Law(NamedTuple):
         array = numbers(label, given)
         if not array.ndim:
             return Law(float(array), ())
-        if array.ndim != 2 or array.shape[1] != 2 or len(array) < 2 or len(names) > 1:
+        fits = array.ndim == 2 and len(names) in (1, 2)
+        if fits:
+            axes, _ = _parts(array, len(names))
+            fits = min(map(len, axes)) > 1 and (len(names) == 2 or array.shape[1] == 2)
+        if not fits:
             raise ArgumentError(
-                f"{label} has shape {array.shape}, expected a number, a function, or a table "
-                f"(n, 2) of one of: {choices(known)}"
+                f"{label} has shape {array.shape}, expected a number, a function, a table "
+                f"(n, 2) of one of: {choices(known)}; or of two of them (n + 1, m + 1), with "
+                "places of the first in its first column and of the second in its first row"
             )
-        if not np.all(np.diff(array[:, 0]) > 0.0):
-            raise ArgumentError(f"{label}: the first column of a table ascends")
+        for places, line in zip(axes, ("column", "row"), strict=False):
+            if not np.all(np.diff(places) > 0.0):
+                raise ArgumentError(f"{label}: the first {line} of a table ascends")
         return Law(array, names)
 
     @property
@@ -67,8 +77,12 @@ class Law(NamedTuple):
         """See `Element.limits`."""
         if not isinstance(self.given, np.ndarray):
             return ""
-        first, last = self.given[[0, -1], 0]
-        return f"its table of {self.of[0]} goes from {first:g} to {last:g}"
+        axes, _ = _parts(self.given, len(self.of))
+        told = (
+            f"of {name} goes from {places[0]:g} to {places[-1]:g}"
+            for name, places in zip(self.of, axes, strict=True)
+        )
+        return f"its table {' and '.join(told)}"
 
     def is_potential(self, name: str) -> bool:
         """Whether it is a table of a position or length, of which the energy is known."""
@@ -84,11 +98,12 @@ class Law(NamedTuple):
         if isinstance(given, float):
             return np.full(len(next(iter(places.values()))), given)
         if isinstance(given, np.ndarray):
-            found = _of_table(given, at[0])
-            ended = np.isnan(found) & np.isfinite(at[0])
+            found = _of_table(given, at)
+            ended = np.isnan(found) & np.all(np.isfinite(at), axis=0)
             if np.any(ended):
+                where = [float(item[ended][0]) for item in at]
                 raise ArgumentError(
-                    f"{label} {self._told([at[0][ended][0]])}: {self.limits}; give it as many rows "
+                    f"{label} {self._told(where)}: {self.limits}; give it as many rows "
                     "as the motion needs"
                 )
             return found
@@ -111,7 +126,7 @@ class Law(NamedTuple):
         if isinstance(given, float):
             return given
         if isinstance(given, np.ndarray):
-            return float(_of_table(given, np.array([places[self.of[0]]]))[0])
+            return float(_of_table(given, [np.array([places[name]]) for name in self.of])[0])
         return self._of_function(given, [places[name] for name in self.of], label)
 
     def energy(self, at: Array) -> Array:
@@ -195,14 +210,30 @@ class LawElement(Element):
         return self.law.limits
 
 
-def _of_table(table: Array, at: Array) -> Array:
-    """Return values of a table, on straight lines between its rows; NaN where it has ended."""
-    places, values = table.T
-    within, index = np.clip(at, places[0], places[-1]), _pieces(places, at)
-    slopes = np.diff(values) / np.diff(places)
-    found = values[index] + slopes[index] * (within - places[index])
-    is_there = np.abs(at - within) <= NOTHING * (places[-1] - places[0])
-    return np.where(is_there, found, np.nan)
+def _parts(table: Array, count: int) -> tuple[tuple[Array, ...], Array]:
+    """Return the places of one thing or two of a table, and its values; see `Given`."""
+    if count == 1:
+        return (table[:, 0],), table[:, -1]
+    return (table[1:, 0], table[0, 1:]), table[1:, 1:]
+
+
+def _of_table(table: Array, at: Sequence[Array]) -> Array:
+    """Return values of a table, on straight lines between its places; NaN where it has ended."""
+    axes, values = _parts(table, len(at))
+    is_there, before = np.ones(len(at[0]), dtype=bool), list[tuple[Array, ...]]()
+    for places, place in zip(axes, at, strict=True):
+        within, index = np.clip(place, places[0], places[-1]), _pieces(places, place)
+        is_there &= np.abs(place - within) <= NOTHING * (places[-1] - places[0])
+        before.append((index, places[index + 1] - places[index], within - places[index]))
+
+    def between(*indices: Array) -> Array:
+        if len(indices) == len(before):
+            return values[indices]
+        index, width, beyond = before[len(indices)]
+        low, high = between(*indices, index), between(*indices, index + 1)
+        return low + (high - low) / width * beyond
+
+    return np.where(is_there, between(), np.nan)
 
 
 def _pieces(places: Array, at: Array) -> Array:

@@ -32,10 +32,12 @@ class PointActuator(LawElement, PointElement):
         point_a, point_b: `(3,)` in the frames of the links [m].
         thrust: [N]; or a function that returns it for a time [s], the distance of the points [m]
             or its rate [m/s], a number or an array; or a table `(n, 2)` of such places, which
-            ascend, and thrusts, with straight lines between its rows. Beyond its ends is an error.
+            ascend, and thrusts, with straight lines between its rows; or a table
+            `(n + 1, m + 1)` of two of them, with places of the first in its first column, of the
+            second in its first row, and thrusts between, bilinear. Beyond its ends is an error.
         name: by which results show it; may be empty.
-        of: what a function or table takes, `time`, `length` or `rate`; or several of them, in the
-            order in which a function takes them.
+        of: what a function or table takes, `time`, `length` or `rate`; or several of them in
+            their order, a table two.
 
     Raises:
         ArgumentError: the thrust is no finite number, table or function, `of` is unknown, a point

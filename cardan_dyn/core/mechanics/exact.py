@@ -183,7 +183,7 @@ def made(description: Description, closure_tolerance: float | None) -> Mechanism
 
 
 def _in_doubt(mechanism: Mechanism, tolerance: float) -> list[list[int]]:
-    """Return loops and couplings whose equations are independent by less than the tolerance.
+    """Return loops and couplings whose equations are not independent by more than the tolerance.
 
     And those that do not close. They are in parts that have no joint on loops in common, by their
     indices one behind the other.
@@ -226,8 +226,9 @@ def _in_doubt(mechanism: Mechanism, tolerance: float) -> list[list[int]]:
     for joined, shared in parts:
         matrix = np.concatenate([blocks[index] for index in joined])[:, sorted(shared)]
         sizes = np.linalg.svd(matrix, compute_uv=False)
-        in_doubt = ((sizes > _CLOSED) & (sizes < tolerance)).any()
-        if in_doubt or max(errors[index] for index in joined) > _CLOSED:
+        # Those with equations to spare may close at zero alone.
+        regular = len(sizes) == len(matrix) and sizes.min() > tolerance
+        if not regular or max(errors[index] for index in joined) > _CLOSED:
             result.append(sorted(joined))
     return result
 
@@ -283,12 +284,12 @@ class _Chain:
         self._original = self._tree = tree_of(mechanism, (), loops, couplings, massive=())
         self._offsets = [item.offset for item in self._tree.couplings]
         # First the frames of joints, by their first bodies, then the ends of loops.
-        on_loops = {
-            body
-            for loop in self._tree.loops
-            for end in (loop.predecessor, loop.successor)
-            for body in self._tree.path(end.body)
-        }
+        on_loops: set[int] = set()
+        for loop in self._tree.loops:
+            start, end = (
+                set(self._tree.path(end.body)) for end in (loop.predecessor, loop.successor)
+            )
+            on_loops |= start ^ end
         self._frames = [
             (name, joint.parts[0].id - 1)
             for name, joint in mechanism.joints.items()
@@ -327,7 +328,7 @@ class _Chain:
             step = self._step(here, rank, tolerance)
             longest = np.abs(step).max(initial=0.0)
             if longest < _CLOSED:
-                break
+                return here
             x = self.moved(x, step * min(1.0, 0.5 / max(longest, EPS)))
         return self.at(x)
 
@@ -348,10 +349,17 @@ class _Chain:
         return result
 
     def is_exact(self, tolerance: float) -> bool:
-        """Return whether loops close, with no equation independent by less than the tolerance."""
-        here = self.closed(self._zero, None, _CLOSED)
-        in_doubt = (here.sizes > _CLOSED) & (here.sizes < tolerance)
-        return bool(here.error[0] <= _CLOSED and not in_doubt.any())
+        """Return whether loops close, with no equation independent by less than the tolerance.
+
+        At zero, and beside it: some files take what closes their loops from there.
+        """
+
+        def are_exact(here: _Positions) -> bool:
+            in_doubt = (here.sizes > _CLOSED) & (here.sizes < tolerance)
+            return bool(np.all(here.error <= _CLOSED) and not in_doubt.any())
+
+        zero = self.closed(self._zero, None, _CLOSED)
+        return are_exact(zero) and are_exact(self._around(zero, 0, tolerance, 1))
 
     def is_held(self, tolerance: float) -> bool:
         """Return whether loops close at zero by an equation independent by less than so much."""
@@ -378,17 +386,21 @@ class _Chain:
                 return None
         return None
 
-    def _around(self, start: _Positions, round_: int, tolerance: float) -> _Positions:
+    def _around(
+        self, start: _Positions, round_: int, tolerance: float, steps: int = _STEPS
+    ) -> _Positions:
         """Return positions all along the motion, closed as far as rows of the tolerance's rank can.
 
         They are reached on ways that go on as they begin, as far as motions allow.
         """
-        free = start.right[0, int((start.sizes > tolerance).sum()) :]
+        rank = int((start.sizes > tolerance).sum())
+        # What moves no loop is left where it is.
+        free = start.right[0, rank:] * np.any(np.abs(start.right[0, :rank]) > _CLOSED, axis=0)
         ways = generic((round_ + 1) * _WAYS, max(len(free), 1))[-_WAYS:]
         ahead = ways[:, : len(free)] @ free
         x = {column: np.repeat(value, _WAYS) for column, value in start.x.items()}
         found = []
-        for _ in range(_STEPS):
+        for _ in range(steps):
             ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), _CLOSED)
             there = self.closed(self.moved(x, _STEP * ahead), None, tolerance)
             free = there.right.copy()
@@ -407,6 +419,8 @@ class _Chain:
         """Displace frames so that loops close at positions; return whether they do."""
         # Conditions that depend on others do so but for the error. What counts as independent lies
         # halfway, in digits, between that and size one, and nearer where the error does not fall.
+        # Where bars are in line, conditions are squares of how far numbers are off, which steps
+        # halve. What asks for more than the tolerance is no matter of rounding.
         before, cut = np.inf, 1.0
         for _ in range(_MOST_STEPS):
             here = self.closed(x, rank, tolerance)
@@ -417,11 +431,13 @@ class _Chain:
             before = error
             null = here.left[:, :, rank:]
             growth = np.einsum("krs,krf->ksf", null, self._growth(here.at))
-            growth = growth.reshape(-1, growth.shape[-1])
-            open_by = np.einsum("krs,kr->ks", null, here.errors).ravel()
-            taken = np.concatenate([pinocchio.log6(item).vector for item in self.displacements])
-            inverse = np.linalg.pinv(growth, rcond=max(cut, _LEVERS * error))
-            change = inverse @ (growth @ taken - open_by) - taken
+            left, sizes, right = np.linalg.svd(
+                growth.reshape(-1, growth.shape[-1]), full_matrices=False
+            )
+            asked = -np.einsum("krs,kr->ks", null, here.errors).ravel() @ left
+            least = max(cut, _LEVERS * error) * sizes.max(initial=0.0)
+            taken = (sizes > least) & (np.abs(asked) <= tolerance * sizes)
+            change = (asked[taken] / sizes[taken]) @ right[taken]
             for index, own in enumerate(change.reshape(-1, 6)):
                 self.displacements[index] = self.displacements[index] * pinocchio.exp6(own)
             self._tree = self._displaced_tree()

@@ -143,8 +143,9 @@ def keyframe(mechanism: Mechanism, near: object) -> object:
     keyframes = mechanism.description.keyframes
     if near not in keyframes:
         raise ArgumentError(
-            f"near is {near!r}: {mechanism.name} has no keyframe {near!r}; keyframes of MJCF: "
-            f"{choices(keyframes, near)}; or give a mapping of names of joints to positions"
+            f"near is {near!r}: {mechanism.name} has no keyframe {near!r}; keyframes of MJCF "
+            f"and reference configurations: {choices(keyframes, near)}; or give a mapping of names "
+            "of joints to positions"
         )
     return keyframes[near]
 

@@ -366,8 +366,10 @@ def _of_law(
     """
 
     def at(**places: Array) -> Array:
-        if isinstance(given, np.ndarray):
+        if isinstance(given, np.ndarray) and len(of) == 1:
             return np.interp(places[of[0]], *given.T)
+        if isinstance(given, np.ndarray):
+            return _of_two(given, *(places[name] for name in of))
         # What a function returns is given, not solved.
         return Law(given, tuple(of)).at("an actuator", **places)
 
@@ -376,6 +378,15 @@ def _of_law(
         return values, np.abs(values)
     rounded = at(**{**places, **{name: places[name] + EPS * sizes[name] for name in sizes}})
     return values, np.abs(values) + np.abs(rounded - values) / EPS
+
+
+def _of_two(table: Array, first: Array, second: Array) -> Array:
+    """Return values `(N,)` of a table of two things, each weighed by hats over its places."""
+    weights = [
+        np.array([np.interp(at, places, hat) for hat in np.eye(len(places))])
+        for at, places in ((first, table[1:, 0]), (second, table[0, 1:]))
+    ]
+    return np.einsum("in,ij,jn->n", weights[0], table[1:, 1:], weights[1])
 
 
 def _unknown_law(element: Element) -> ArgumentError:

@@ -136,6 +136,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
 @main.command()
 @options.source
 @options.drive
+@options.near
 @options.held
 @options.loads
 @options.speed("Speed of a drive that turns [1/min]; quasi-static without.")

@@ -26,6 +26,7 @@ from ...scene.scene import Scene
 from ...scene.usual_motion import UsualMotion, default_scene, slides, usual_motion
 from .group import Interrupted
 from .quantities import by_coordinate, efforts, shown, value_of
+from .quantities import near as near_of
 from .quantities import positions as positions_of
 from .tables import say, show
 
@@ -100,6 +101,7 @@ def sweep_of(
     speed: str | None,
     acceleration: str | None,
     held: tuple[str, ...],
+    near: tuple[str, ...],
     loads: tuple[str, ...],
     gravity: tuple[float, float, float] | str | None,
     joints: tuple[str, ...],
@@ -116,6 +118,7 @@ def sweep_of(
         mechanism,
         drive=drive,
         held=positions_of(mechanism, held),
+        near=near_of(mechanism, near),
         loads=efforts(mechanism, loads) if loads else None,
         gravity=gravity,
         samples=samples,
@@ -149,6 +152,7 @@ def simulation_of(
     positions: tuple[str, ...],
     speeds: tuple[str, ...],
     held: tuple[str, ...],
+    near: tuple[str, ...],
     loads: tuple[str, ...],
     gravity: tuple[float, float, float] | str | None,
     elements: bool,
@@ -166,7 +170,7 @@ def simulation_of(
     outputs.check()
     mechanism = load(source, strict=strict)
     driven = _speeds(mechanism, drive, "--drive")
-    scene, why = _free_scene(mechanism, free, driven, held, loads, gravity)
+    scene, why = _free_scene(mechanism, free, driven, held, near, loads, gravity)
     acting = described_elements(mechanism) if elements else []
     scene = scene.replace(elements=acting, **({"outputs": joints} if joints else {}))
     options: dict[str, Any] = {"motion": driven} if driven else {}
@@ -208,6 +212,7 @@ def _free_scene(
     free: tuple[str, ...],
     driven: Mapping[str, float],
     held: tuple[str, ...],
+    near: tuple[str, ...],
     loads: tuple[str, ...],
     gravity: tuple[float, float, float] | str | None,
 ) -> tuple[Scene, str]:
@@ -222,6 +227,7 @@ def _free_scene(
         mechanism,
         drive=(*driven, *free),
         held=at,
+        near=near_of(mechanism, near),
         loads=efforts(mechanism, loads),
         gravity=gravity,
     )

@@ -48,6 +48,7 @@ def _outputs(command: Any) -> Any:
 @click.option(
     "--acceleration", type=options.Quantities(), help="Of the drive [rad/s², slides: m/s²]."
 )
+@options.near
 @options.held
 @options.loads
 @options.gravity
@@ -84,6 +85,7 @@ def sweep(
 @options.repeated(
     "--initial", "speeds", "JOINT=SPEED", "Speed of a free joint at the start [1/min, slides: m/s]"
 )
+@options.near
 @options.held
 @options.loads
 @options.gravity

@@ -211,6 +211,12 @@ line = click.argument(
 )
 drive = repeated("--drive", "drive", "JOINT", "Driven joint, the sensible one without")
 held = repeated("--held", "held", "JOINT=VALUE", "Joint that is held [°, slides: m]")
+near = repeated(
+    "--near",
+    "near",
+    "JOINT=VALUE",
+    "Where loops are closed first [°, slides: m]; or the name of a keyframe",
+)
 loads = repeated("--load", "loads", "JOINT=VALUE", "Effort on a joint [N·m, slides: N]")
 gravity = click.option(
     "--gravity",

@@ -89,6 +89,17 @@ def positions(
     return by_coordinate(mechanism, "position", pairs, option, "JOINT=VALUE, as joint_angle=30")
 
 
+def near(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, float] | str | None:
+    """Return the positions near which loops are closed, or the name of a keyframe.
+
+    Raises:
+        CardanError: see `by_coordinate`.
+    """
+    if len(pairs) == 1 and "=" not in pairs[0]:
+        return pairs[0]
+    return positions(mechanism, pairs, "--near") or None
+
+
 def efforts(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, float]:
     """Return efforts [N·m, of slides N] from `JOINT=VALUE`; see `by_coordinate`."""
     return by_coordinate(mechanism, "effort", pairs, "--load", "JOINT=VALUE, as bearing_out=-5")

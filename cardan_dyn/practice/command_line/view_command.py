@@ -11,6 +11,7 @@ from ..viewer.commands import meshcat
 from ..viewer.viewing import View
 from ..viewer.viewing import view as draw
 from .quantities import efforts, positions
+from .quantities import near as near_of
 
 
 def scene_of(
@@ -18,6 +19,7 @@ def scene_of(
     *,
     drive: tuple[str, ...] = (),
     held: tuple[str, ...] = (),
+    near: tuple[str, ...] = (),
     loads: tuple[str, ...] = (),
     speed: float | None = None,
     gravity: tuple[float, float, float] | str | None = None,
@@ -33,6 +35,7 @@ def scene_of(
         source: name of a bundled description, or a path.
         drive: driven joints, or coordinates `joint.coordinate`.
         held: held joints and positions, as `quantities.positions` reads them.
+        near: where loops are closed first, as `quantities.near` reads it.
         loads: joints and efforts, as `quantities.efforts` reads them.
         speed: of a drive that turns [rad/s].
         gravity: acceleration of free fall [m/s²], or `description`.
@@ -52,6 +55,7 @@ def scene_of(
         mechanism,
         drive=drive,
         held=positions(mechanism, held),
+        near=near_of(mechanism, near),
         loads=efforts(mechanism, loads) or None,
         gravity=gravity,
         samples=samples,

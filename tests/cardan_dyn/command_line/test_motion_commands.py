@@ -313,3 +313,38 @@ def test_couplings_that_state_no_forces_are_told(
         swept = run("sweep", file, "--drive", "a", "--samples", 3, "--load", "b=5").output
         assert (f"* {told[0].upper()}{told[1:]}: a, b (" in swept) == opened
         assert "chosen by" not in swept
+
+
+MJCF = """<mujoco><compiler angle="radian"/><worldbody>
+<body name="crank"><joint name="a" axis="0 0 1"/>{0}<body name="coupler" pos="0.1 0 0">
+<joint name="b" axis="0 0 1"/>{0}</body></body><body name="rocker" pos="0.4 0 0">
+<joint name="d" axis="0 0 1"/>{0}</body></worldbody><equality>
+<connect name="c" body1="coupler" body2="rocker" anchor="0.3 0.2 0"/></equality>
+<keyframe><key name="up" qpos="0.4 -0.527 -0.075"/></keyframe></mujoco>""".format(
+    '<inertial pos="0.1 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>'
+)
+
+
+@pytest.mark.parametrize(
+    ("options", "near"),
+    [(["up"], "up"), (["a=0.4rad"], {"a": 0.4}), (["b=-20", "d=-0.02rad"], None)],
+)
+def test_loops_are_closed_near_a_keyframe_or_positions(
+    options: list[str], near: object, tmp_path: Path
+) -> None:
+    path = tmp_path / "bar.xml"
+    path.write_text(MJCF, encoding="utf-8")
+    given = [word for item in options for word in ("--near", item)]
+    begun = run("simulate", path, "--free", "a", *given, "--time", 0.01)
+    if near is None:
+        # No position of the bar has both.
+        swept = run("sweep", path, *given)
+        for found in (begun, swept):
+            assert found.exit_code == 2 and "(b: -0.349066, d: -0.02)" in found.output
+        return
+    assert begun.exit_code == 0, begun.output
+    at = cd.Scene(cd.load(path), free="a", near=near).configuration()["a"]
+    assert f"a: from {np.rad2deg(at):.6g}°" in begun.output and at > 0.39
+    for command in (("sweep",), ("simulate", "--time", 0.01)):
+        refused = run(*command, path, "--near", "upp")
+        assert refused.exit_code == 2 and "did you mean 'up'?" in refused.output

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+import pinocchio as pin
 import pytest
 from testkit.sdf import model
 
@@ -109,6 +112,35 @@ class Case(NamedTuple):
     warns: bool = False
 
 
+FRAMES = "".join(
+    f'<link name="closing_C_{side}"/><joint name="C_{side}" type="fixed"><parent link="{link}"/>'
+    f'<child link="closing_C_{side}"/><origin xyz="{xyz}"/></joint>'
+    for side, link, xyz in ((1, "b", ".3 .15 0"), (2, "d", "0 .25 0"))
+)
+PLANE = (
+    f'<link name="e">{MASS}</link><joint name="P" type="planar"><parent link="g"/><child link="e"/>'
+    '<axis xyz="0 0 1"/><dynamics armature="1 2 3"/></joint>'
+)
+SLIDES = f'<link name="e">{MASS}</link>' + "".join(
+    f'<joint name="{child}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+    f'<axis xyz="{axis}"/><limit effort="1" velocity="1" lower="-1" upper="1"/>'
+    f'<dynamics armature="{armature}"/></joint>'
+    for parent, child, kind, axis, armature in (
+        ("g", "f", "prismatic", "1 0 0", 1),
+        ("f", "h", "prismatic", "0 1 0", 2),
+        ("h", "e", "revolute", "0 0 1", 3),
+    )
+)
+TILTED = GAZEBO.replace("0 .25 0 0 0 0", "0 .25 0 1.5707963267948966 0 0").replace(
+    "<xyz>0 0 1<", "<xyz{}>0 1 0<"
+)
+THREE = TWO + f'<link name="c"><pose>1 0 0 0 0 0</pose>{HEAVY}</link>'
+ROTOR = '<dynamics armature="0.3"/>'
+GEAR = (
+    '<joint name="w" type="gearbox"><parent>b</parent><child>c</child>'
+    "<gearbox_reference_body>a</gearbox_reference_body><gearbox_ratio>3</gearbox_ratio>"
+    "<axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 0 1</xyz></axis2></joint>"
+)
 ODD = MASS.replace('iyy=".01"', 'iyy=".03"')
 SCREW = "<axis><xyz>0 0 1</xyz></axis><screw_thread_pitch>{}</screw_thread_pitch>"
 UNIVERSAL = "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>{}</xyz></axis2>"
@@ -387,6 +419,90 @@ CASES = {
         3,
         warns=True,
     ),
+    "higher powers of teeth": Case(
+        robot(LINKS, CRANK, gears('forces="mesh" higher="0.1"')),
+        "leave higher or forces='mesh' out",
+        robot(LINKS, CRANK, gears('higher="0.1"')),
+        2,
+    ),
+    "an equality that holds a joint": Case(
+        mjcf('<joint joint1="A" joint2="B" polycoef="0.1 0 0 0 0"/>'),
+        "leave joint2 out where joint1 stays where it is",
+        mjcf('<joint joint1="A" polycoef="0.1 0 0 0 0"/>'),
+        2,
+    ),
+    "an equality without a ratio": Case(
+        mjcf('<joint joint1="A" joint2="B" polycoef="0.1 0 0 0 0"/>'),
+        'write polycoef="offset ratio 0 0 0", the ratio not zero',
+        mjcf('<joint joint1="A" joint2="B" polycoef="0.1 2 0 0 0"/>'),
+        2,
+    ),
+    "closing frames without a type": Case(
+        robot(LINKS, CRANK, FRAMES),
+        "taken as spherical; write <loop> where it is another one",
+        robot(LINKS, CRANK, CLOSED),
+        1,
+        warns=True,
+    ),
+    "two armatures of a hinge": Case(
+        robot(LINKS, OPEN.replace("</joint>", '<dynamics armature="1 2"/></joint>', 1)),
+        "write one for all motions of the continuous joint",
+        robot(LINKS, OPEN.replace("</joint>", '<dynamics armature="1"/></joint>', 1)),
+        3,
+    ),
+    "armatures of a plane": Case(
+        robot(LINKS, OPEN, PLANE),
+        "write joints that slide in a row",
+        robot(LINKS, '<link name="f"/><link name="h"/>', OPEN, SLIDES),
+        6,
+    ),
+    "an axis of Gazebo in a turned frame": Case(
+        robot(LINKS, CRANK, "<gazebo>", TILTED.format(""), "</gazebo>"),
+        "write expressed_in",
+        robot(LINKS, CRANK, "<gazebo>", TILTED.format(' expressed_in="C"'), "</gazebo>"),
+        1,
+        warns=True,
+    ),
+    "a frame of the world": Case(
+        WORLD.format('<frame name="f"/>' + ONE_MODEL.format("m", STAND.format(AXIS))),
+        "write it into the <model>",
+        WORLD.format(ONE_MODEL.format("m", '<frame name="f"/>' + STAND.format(AXIS))),
+        1,
+    ),
+    "a frame in a joint": Case(
+        model(TWO + HELD + joint("ball", '<frame name="f"/>'), "1.6"),
+        "write it in the <model>",
+        model(TWO + '<frame name="f" attached_to="a"/>' + HELD + joint("ball")),
+        3,
+    ),
+    "a frame of an inertia": Case(
+        model(
+            TWO.replace("<inertial>", '<inertial><frame name="f"/>', 1) + HELD + joint("ball"),
+            "1.5",
+        ),
+        "write a <pose>",
+        model(
+            TWO.replace("<inertial>", "<inertial><pose>0 0 1 0 0 0</pose>", 1)
+            + HELD
+            + joint("ball"),
+            "1.5",
+        ),
+        3,
+    ),
+    "a gearbox without a hinge": Case(
+        model(
+            THREE + HELD + joint("revolute") + joint("ball", "", "k").replace(">b<", ">c<") + GEAR
+        ),
+        "write one, whose parent is that body",
+        model(
+            THREE
+            + HELD
+            + joint("revolute")
+            + joint("revolute", name="k").replace(">b<", ">c<")
+            + GEAR
+        ),
+        1,
+    ),
     "a model included": Case(
         model(TWO + HELD + joint("ball") + "<include><uri>u</uri></include>"),
         "write the included model's links and joints into the file",
@@ -407,3 +523,68 @@ def test_what_a_refusal_says_to_write_is_read(name: str) -> None:
     mechanism = cd.load(case.read or case.refused, **case.arguments)
     assert cd.describe(mechanism).mobility == case.mobility
     assert not case.warns or not mechanism.warnings
+
+
+def test_what_mjcf_cannot_write_is_written_as_said(tmp_path: Path) -> None:
+    mechanism = cd.load(robot(LINKS, CRANK, gears('higher="0.1 0.2 0.3 0.4"')))
+    with pytest.raises(cd.ModelError, match=r"powers up to the fourth; write URDF\+"):
+        cd.write(mechanism, tmp_path / "gears.xml")
+    with pytest.raises(cd.CardanError, match=r"names no notation; write \.urdf for URDF\+"):
+        cd.write(mechanism, tmp_path / "gears.txt")
+    cd.write(mechanism, tmp_path / "gears.urdf")
+    assert cd.describe(cd.load(tmp_path / "gears.urdf")).mobility == 2
+    light = OPEN + hinge("E", "d", "e") + hinge("F", "e", "f") + hinge("G", "e", "h")
+    more = "".join(f'<link name="{name}">{MASS}</link>' for name in "fh")
+    with pytest.raises(cd.ModelError, match=r"link 'e' moves and has no mass, .* give it one"):
+        cd.write(cd.load(robot(LINKS, more, '<link name="e"/>', light)), tmp_path / "light.xml")
+    heavy = cd.load(robot(LINKS, more, f'<link name="e">{MASS}</link>', light))
+    cd.write(heavy, tmp_path / "heavy.xml")
+    assert cd.describe(cd.load(tmp_path / "heavy.xml")).mobility == 6
+
+
+def test_a_ball_with_a_rotor_is_three_hinges_as_said() -> None:
+    ball = '<joint name="A" type="spherical"><parent link="g"/><child link="a"/>{}</joint>'
+    mechanism = cd.load(robot(LINKS[: LINKS.index('<link name="b"')], ball.format(ROTOR)))
+    with pytest.raises(cd.ModelError, match="give the inertia to a link, or write three hinges"):
+        cd.Scene(mechanism, drive="A")
+    axes = zip("xyz", ("1 0 0", "0 1 0", "0 0 1"), ("g", "x", "y"), strict=True)
+    hinges = "".join(
+        f'<joint name="{name}" type="continuous"><parent link="{parent}"/>'
+        f'<child link="{"a" if name == "z" else name}"/><axis xyz="{axis}"/>{ROTOR}</joint>'
+        for name, axis, parent in axes
+    )
+    links = '<link name="x"/><link name="y"/>' + LINKS[: LINKS.index('<link name="b"')]
+    scene = cd.Scene(cd.load(robot(links, hinges)), drive=["x", "y", "z"])
+    # About the outermost axis, the link and one rotor.
+    efforts = scene.sweep([[0.0, 0.0, 0.0]], acceleration=[[0.0, 0.0, 1.0]]).drive_effort
+    assert efforts[0] == pytest.approx([0.0, 0.0, 0.31])
+
+
+def test_what_locks_a_mechanism_leaves_more_free_as_said() -> None:
+    """A second hinge, askew, on a four-bar linkage."""
+    bar = cd.load(robot(LINKS, CRANK, CLOSED))
+    with pytest.raises(cd.ArgumentError, match="has no offset; name the joints instead"):
+        cd.couple(bar, "a", "d", 1.0, offset=0.1)
+    tree = cd.load(robot(LINKS, CRANK))
+    assert cd.describe(cd.couple(tree, "A", "D", 1.0, offset=0.1)).mobility == 2
+    places = {"at": (0.3, 0.15, 0.0), "at_b": (0.0, 0.25, 0.0)}
+    locked = cd.close(tree, "b", "d", "fixed", **places)  # type: ignore[arg-type]
+    (told,) = [one for one in locked.warnings if "moves any more" in one]
+    assert told.endswith("take a type that leaves more free, such as spherical")
+    free = cd.close(tree, "b", "d", "spherical", **places)  # type: ignore[arg-type]
+    assert cd.describe(free).mobility == 1
+
+
+def test_an_armature_that_differs_is_given_to_a_link_as_said() -> None:
+    model = pin.Model()
+    index = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "j")
+    model.appendBodyToJoint(
+        index, pin.Inertia(1.0, np.zeros(3), 0.1 * np.eye(3)), pin.SE3.Identity()
+    )
+    model.armature = np.array([0.0, 0.0, 0.0, 1.0, 2.0, 2.0])
+    with pytest.raises(cd.ModelError, match="set it to 0 and give a link the inertia"):
+        cd.from_pinocchio(model)
+    model.armature = np.zeros(6)
+    own = pin.Inertia(0.0, np.zeros(3), np.diag([1.0, 2.0, 2.0]))
+    model.inertias[index] = model.inertias[index] + own
+    assert cd.describe(cd.from_pinocchio(model)).mobility == 6

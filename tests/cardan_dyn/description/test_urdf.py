@@ -171,18 +171,18 @@ def test_inertias(moments: tuple[float, ...], message: str) -> None:
     """Rounding in a file is accepted; turned axes change nothing."""
     turn = np.linalg.qr(np.array([[1.0, 2.0, 3.0], [0.0, 1.0, 4.0], [5.0, 6.0, 0.0]]))[0]
     tensor = (turn * np.array(moments)) @ turn.T
-    fault = check_inertia(tensor, "x", False)
+    fault = check_inertia(1.0, tensor, "x", False, "none")
     assert message in fault
     assert bool(fault) is bool(message)
     if message:
         with pytest.raises(cd.ModelError, match=r"strict=False\) accepts it"):
-            check_inertia(tensor, "x", True)
+            check_inertia(1.0, tensor, "x", True, "none")
 
 
 @pytest.mark.parametrize("tensor", [np.full((3, 3), np.nan), np.diag([np.inf, 1.0, 1.0])])
 def test_inertias_beyond_all_numbers(tensor: np.ndarray) -> None:
     with pytest.raises(cd.ModelError, match="link 'a': the inertia has no principal moments"):
-        check_inertia(tensor, "link 'a'", False)
+        check_inertia(1.0, tensor, "link 'a'", False, "none")
 
 
 JOINT = scenes.text("universal_joint")

@@ -147,3 +147,30 @@ def rack(first: str, second: str) -> str:
         <origin xyz="0 4 0"/><axis xyz="1 0 0"/>{LIMIT}</joint>
       <coupling name="mesh"><predecessor link="{first}"/><successor link="{second}"/>
         <ratio value="-0.3"/></coupling></robot>"""
+
+
+HINGE = '<joint name="{}" axis="0 0 1"/>'
+BODY = '<inertial pos="0.01 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/>'
+
+
+def neck(longer: float) -> str:
+    """A head on three rods side by side, closed by frames at zero; one rod is longer by so much."""
+    rods = "".join(
+        f'<body name="{name}" pos="{x} {y} 0.3" quat="0.844862 0 0 0.534985">{BODY}'
+        f"{HINGE.format(name)}{{}}</body>"
+        for name, x, y in (("arm", 0, 0), ("left", 0.0072, 0.0019), ("right", -0.0072, -0.0019))
+    )
+    pins = "".join(
+        f'<body name="{name}" pos="{x!r} {y!r} 0.01">{BODY}{HINGE.format(name)}</body>'
+        for name, x, y in (
+            ("left_pin", 0.00479615 + longer, -0.00569622),
+            ("right_pin", -0.00479615, 0.00569622),
+        )
+    )
+    on_plate = f"{BODY}{HINGE.format('plate')}{pins}"
+    plate = f'<body name="plate" pos="0.042406 0 0">{on_plate}</body>'
+    welds = "".join(f'<weld body1="{name}" body2="{name}_pin"/>' for name in ("left", "right"))
+    return (
+        f'<mujoco model="neck"><worldbody>{rods.format(plate, "", "")}</worldbody>'
+        f"<equality>{welds}</equality></mujoco>"
+    )

@@ -35,7 +35,7 @@ _TYPES = ("floating", "spherical", "prismatic", "revolute")
 _EQUALITIES = {0: "connect", 1: "weld", 2: "joint", 3: "tendon"}
 _UNSUPPORTED = (
     "it is not supported; kinds: connect, joint, weld, and tendon where fixed tendons couple two "
-    "joints that move, linearly"
+    "joints that move; by a polynomial with higher powers, one joint on either tendon"
 )
 """Kinds of `mjtEq`; others are of deformable bodies."""
 
@@ -398,27 +398,43 @@ class _Reader:
     def _of_tendons(self, index: int, name: str, at: str) -> CouplingDescription:
         """Return the coupling that fixed tendons of two joints are, one tendon or both.
 
-        It keeps the sum of coordinates times coefficients, counted from the initial configuration.
+        It keeps the sum of coordinates times coefficients, counted from the initial configuration;
+        a polynomial that bends has one joint on either tendon.
         """
-        model, (constant, ratio, *higher) = self._model, self._model.eq_data[index][:5].tolist()
-        factors: dict[int, float] = {}
-        is_linear = True
-        for tendon, factor in ((model.eq_obj1id[index], 1.0), (model.eq_obj2id[index], -ratio)):
-            if tendon < 0:
-                continue
-            is_linear &= factor == 1.0 or not any(higher)
-            first = model.tendon_adr[tendon]
-            for k in range(first, first + model.tendon_num[tendon]):
-                is_linear &= model.wrap_type[k] == self._mujoco.mjtWrap.mjWRAP_JOINT
-                joint = int(model.wrap_objid[k])
-                factors[joint] = factors.get(joint, 0.0) + factor * float(model.wrap_prm[k])
+        model = self._model
+        first, second = (
+            self._stretch(tendon, at) for tendon in (model.eq_obj1id[index], model.eq_obj2id[index])
+        )
+        constant, ratio = model.eq_data[index][:2].tolist()
+        higher = np.trim_zeros(model.eq_data[index][2:5], "b").tolist() if second else []
+        factors = dict(first)
+        for joint, factor in second.items():
+            factors[joint] = factors.get(joint, 0.0) - ratio * factor
         coupled = sorted(joint for joint, factor in factors.items() if factor)
-        if not is_linear or len(coupled) != 2 or self._found.locked.keys() & set(coupled):
+        if higher:
+            coupled = [joint for ends in (second, first) for joint in ends if ends[joint]]
+        if len(coupled) != 2 or len({*coupled}) != 2 or self._found.locked.keys() & set(coupled):
             raise ModelError(f"{at}: {_UNSUPPORTED}")
         one, other = coupled
         driving, driven = (self._of_index[joint].name for joint in coupled)
-        slope, offset = -factors[one] / factors[other], constant / factors[other]
-        return CouplingDescription(name, driving, driven, slope, offset, of_joints=True)
+        numbers = -factors[one] / factors[other], constant / factors[other]
+        powers = [
+            term * second[one] ** power / first[other] for power, term in enumerate(higher, start=2)
+        ]
+        return CouplingDescription(
+            name, driving, driven, *numbers, of_joints=True, higher=tuple(powers)
+        )
+
+    def _stretch(self, tendon: int, at: str) -> dict[int, float]:
+        """Return the joints along which a fixed tendon stretches, and how far; none of none."""
+        model, found = self._model, dict[int, float]()
+        first = model.tendon_adr[tendon]
+        for k in range(first, first + model.tendon_num[tendon] * (tendon >= 0)):
+            if model.wrap_type[k] != self._mujoco.mjtWrap.mjWRAP_JOINT:
+                raise ModelError(f"{at}: {_UNSUPPORTED}")
+            joint = int(model.wrap_objid[k])
+            found[joint] = found.get(joint, 0.0) + float(model.wrap_prm[k])
+        return found
 
 
 def _moved(kind: str, axis: Array, by: float) -> Array:

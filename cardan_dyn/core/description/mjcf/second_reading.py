@@ -98,8 +98,8 @@ class _Placed:
             ),
         )
 
-    def _of_tendons(self, index: int) -> tuple[tuple[str, str], tuple[float, float]]:
-        """Return the joints that tendons couple, and offset and ratio of the one that follows.
+    def _of_tendons(self, index: int) -> tuple[tuple[str, str], tuple[float, ...]]:
+        """Return the joints that tendons couple, and the polynomial of the one that follows.
 
         They are those along which MuJoCo's tendons stretch, unlike what the equality asks of them.
         """
@@ -107,25 +107,25 @@ class _Placed:
 
         model, data = self._model, self._data
         ends, terms = (model.eq_obj1id[index], model.eq_obj2id[index]), model.eq_data[index][:5]
-
-        def error() -> float:
-            mujoco.mj_tendon(model, data)
-            first, second = (data.ten_length[k] - model.tendon_length0[k] for k in ends)
-            wanted = terms[0] if ends[1] < 0 else np.polyval(terms[::-1], second)
-            return float(first - wanted)
-
-        at_zero, slopes = error(), {}
+        if ends[1] < 0:
+            terms = terms * [1.0, 0.0, 0.0, 0.0, 0.0]
+        along = {}
         for name, joint in self._joints.items():
             place = model.jnt_qposadr[joint]
             before = data.qpos[place]
             data.qpos[place] = before + 1.0
-            slopes[name] = error() - at_zero
+            mujoco.mj_tendon(model, data)
+            along[name] = np.array([data.ten_length[k] - model.tendon_length0[k] for k in ends])
             data.qpos[place] = before
+        if terms[2:].any():
+            driven, driving = (max(along, key=lambda name: abs(along[name][k])) for k in (0, 1))
+            on, by = along[driven][0], along[driving][1]
+            return (driven, driving), tuple(terms * by ** np.arange(5.0) / on)
+        slopes = {name: first - terms[1] * second for name, (first, second) in along.items()}
         # Along all other joints there is rounding at most.
         pair = sorted(slopes, key=lambda name: abs(slopes[name]))[-2:]
         driving, driven = (name for name in slopes if name in pair)
-        one, other = slopes[driving], slopes[driven]
-        return (driven, driving), (-at_zero / other, -one / other)
+        return (driven, driving), (terms[0] / slopes[driven], -slopes[driving] / slopes[driven])
 
     def _of_joint(self, index: int) -> str:
         return next(name for name, k in self._joints.items() if k == index)

@@ -16,7 +16,7 @@ import pinocchio
 
 from ....kit.arrays import Array, inverse
 from ....kit.errors import ModelError, choices
-from ....kit.frozen import frozen
+from ....kit.frozen import FrozenDict, frozen
 from ..description import (
     CouplingDescription,
     Description,
@@ -26,9 +26,10 @@ from ..description import (
     LinkDescription,
     LoopDescription,
     SourceModel,
+    elementary,
     kinds_of,
 )
-from ..elements import GREATEST, LEAST_MASS, armature, check_size, unique, words
+from ..elements import GREATEST, armature, check_size, unique, words
 from ..left_out import dynamics_left_out, limits_left_out
 from ..mimics import default_name
 from ..urdf import check_inertia
@@ -96,6 +97,7 @@ class _Reader:
         self._joints: list[JointDescription] = []
         self._between: list[LinkDescription] = []
         self._couplings: list[CouplingDescription] = []
+        self._of_index: dict[int, list[str]] = {}
         self._warnings: list[str] = []
 
     def _unique(self, name: str) -> str:
@@ -141,9 +143,27 @@ class _Reader:
                     if frame.name not in self._taken
                 }
             ),
+            keyframes=frozen(
+                {name: self._positions(name, q) for name, q in _configurations(model).items()}
+            ),
             gravity=np.array(model.gravity.linear),
             states_gravity=True,
         )
+
+    def _positions(self, name: str, given: Array) -> FrozenDict[str, float | Array]:
+        """Return a reference configuration as positions of joints."""
+        model, q, found = self._model, np.array(given), dict[str, float | Array]()
+        if q.shape != (model.nq,) or not np.isfinite(q).all():
+            raise ModelError(
+                f"{self._where}: its reference configuration {name!r} is not {model.nq} finite "
+                "numbers"
+            )
+        q = pinocchio.normalize(model, q)
+        for index, names in self._of_index.items():
+            if model.nqs[index]:  # Those that follow others have none.
+                at = q[model.idx_qs[index] :][: model.nqs[index]]
+                found |= zip(names, _at(model.joints[index].extract(), at), strict=True)
+        return frozen(found)
 
     def _on_link(self, index: int, placement: pinocchio.SE3) -> tuple[str, Array]:
         """Return the link that is the body of a joint, and a `(4, 4)` placement in it."""
@@ -156,14 +176,13 @@ class _Reader:
         at = f"{self._where}: link {name!r}"
         if inertia.mass == 0.0 and not inertia.inertia.any():
             return LinkDescription(name)
-        if not inertia.mass >= LEAST_MASS and (self._strict or inertia.mass != 0.0):
-            raise ModelError(f"{at}: mass {inertia.mass:g} kg is not positive")
-        warning = check_inertia(np.array(inertia.inertia), at, self._strict)
+        tensor = np.array(inertia.inertia)
+        warning = check_inertia(inertia.mass, tensor, at, self._strict, "no inertia, too")
         if warning:
             self._warnings.append(warning)
         turn = place[:3, :3]
         centre = turn.T @ (inertia.lever - place[:3, 3])
-        return LinkDescription(name, inertia.mass, centre, turn.T @ inertia.inertia @ turn)
+        return LinkDescription(name, inertia.mass, centre, turn.T @ tensor @ turn)
 
     def _add(self, index: int) -> None:
         """Add the joint of an index, part by part from the parent outwards."""
@@ -186,8 +205,10 @@ class _Reader:
             found = (own, kind, parent, child, origin @ before, axes[0], axes[-1], place)
             rotors = () if follows or pitch else self._armature(name, joint.shortname(), kind, rate)
             self._joints.append(JointDescription(*found, armature=rotors))
-            rate += sum(map(_rates, kinds_of(kind)))
-            if pitch:
+            self._of_index.setdefault(index, []).append(own)
+            if not pitch:
+                rate += sum(map(_rates, kinds_of(kind)))
+            else:
                 self._couple(self._joints[-2].name, own, pitch, 0.0)
             parent, origin = child, np.eye(4)
         if len(parts) == 1:
@@ -328,6 +349,36 @@ def _parts(joint: Any, where: str, name: str) -> Iterator[_Part]:
     if found in ("planar", "spherical", "floating"):
         axes = [np.eye(3)[2 if found == "planar" else 0]]
     yield found, axes, np.eye(4), 0.0
+
+
+def _configurations(model: pinocchio.Model) -> dict[str, Array]:
+    """Return a model's reference configurations, those of its SRDF, by name."""
+    return {item.key(): item.data() for item in model.referenceConfigurations}
+
+
+def _at(joint: Any, q: Array) -> Iterator[float | Array]:
+    """Yield the positions of the parts of a joint in Pinocchio's coordinates."""
+    kind = joint.shortname()
+    if kind == "JointModelComposite":
+        for part in joint.joints:
+            inner = part.extract()
+            yield from _at(inner, q[: inner.nq])
+            q = q[inner.nq :]
+    elif kind == "JointModelPlanar":
+        normal = np.eye(3)[2]
+        slides = [axis[:2] @ q[:2] for _, axis in elementary("planar", normal, normal)[:2]]
+        yield np.array([*slides, np.arctan2(q[3], q[2])])
+    elif _TYPES.get(kind) == "continuous":
+        yield float(np.arctan2(q[1], q[0]))
+    elif kind == "JointModelSphericalZYX":
+        yield np.array(pinocchio.Quaternion(pinocchio.rpy.rpyToMatrix(q[::-1])).coeffs())
+    elif kind == "JointModelTranslation":
+        yield from q.tolist()
+    elif joint.nq == 1:
+        for *_, pitch in _parts(joint, "", ""):
+            yield float(q[0]) * (pitch or 1.0)
+    else:
+        yield np.array(q)
 
 
 def _twists(joint: Any) -> Array:

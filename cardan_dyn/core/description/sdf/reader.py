@@ -26,7 +26,6 @@ from ....kit.frozen import frozen
 from ..description import CouplingDescription, Description, JointDescription, LinkDescription
 from ..elements import (
     DIRECTION_TOLERANCE,
-    LEAST_MASS,
     SINGLE_TYPES,
     check_size,
     numbers,
@@ -193,14 +192,7 @@ class _Reader:
             tensor = tensor_of(*(float(moment[0]) for moment in moments))
         if mass == 0.0 and not np.any(tensor):
             return LinkDescription(name)
-        if mass < LEAST_MASS and (self._strict or mass):
-            raise ModelError(
-                f"{at}: mass {mass:g} kg is not positive; a massless link has moments of zero, too"
-                + ("; load(..., strict=False) accepts it" if mass == 0.0 else "")
-            )
-        if mass == 0.0:
-            self._warnings.append(f"{at}: mass 0 kg: an inertia without mass")
-        warning = check_inertia(tensor, at, self._strict)
+        warning = check_inertia(mass, tensor, at, self._strict, "moments of zero, too")
         self._warnings += [warning] * bool(warning)
         turn = frame[:3, :3]
         return LinkDescription(name, mass, frame[:3, 3], turn @ tensor @ turn.T)

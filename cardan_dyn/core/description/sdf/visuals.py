@@ -49,11 +49,19 @@ def _visual(
     if len(shapes) != 1 or kinds[0] not in SIZES:
         stated = ", ".join(kinds) or "nothing"
         raise ModelError(f"its <geometry> is {stated}; one of {choices(SIZES)} is read")
-    shape, kind = shapes[0], kinds[0]
+    (shape,) = shapes
     color, place, base = _color(element), pose(element, "it"), base_of(element)
     if base:
         link_frame = frames.placement(link, "it")
         place = inverse(link_frame) @ frames.placement(base, "pose") @ place
+    return shape_of(link, shape, place, color, folder)
+
+
+def shape_of(
+    link: str, shape: ElementTree.Element, place: Array, color: Rgba | None, folder: Path | None
+) -> Visual:
+    """Return the visual of a shape, whose numbers and words stand as text in its children."""
+    kind = shape.tag
     if kind == "mesh":
         scale = scale_of(text(shape, "scale", "1 1 1", "mesh"), "mesh scale")
         part = text(inside(shape, "submesh", "mesh"), "name", "", "submesh")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....kit.arrays import Array, generic, some
+from ....kit.arrays import ROUNDED, Array, generic, some
 from ...mechanism.kept import Kept
 from ..closing.all_groups import Kinematics
 from ..tolerances import CLOSURE_TOLERANCE, REGULAR_CONDITION
@@ -47,6 +47,12 @@ def scouts(kinematics: Kinematics, start: Array, kept: Kept) -> Array:
             ways = shares * (way * generic(5, len(columns)))[:, None]
             ends = start[columns] + ways.reshape(-1, len(columns))
             x, _ = along_lines(kinematics, start[None, :], columns, ends, most)
-        state = kinematics.close(x)
-    serves = (state.residual < CLOSURE_TOLERANCE) & (state.condition < REGULAR_CONDITION)
-    return np.concatenate([start[None, :], state.x[serves]])
+        state = kinematics.close(np.concatenate([start[None, :], x]))
+    # Where bars are in line but for rounded numbers, loops close with an error that grows toward
+    # singular positions, and has equations next to these that are none elsewhere.
+    closed = state.residual < ROUNDED
+    if not closed[1:].any():
+        closed = state.residual < CLOSURE_TOLERANCE
+    most = min(REGULAR_CONDITION, REGULAR_CONDITION**0.5 * float(state.condition.min()))
+    serves = (closed & (state.condition < most))[1:]
+    return np.concatenate([start[None, :], state.x[1:][serves]])

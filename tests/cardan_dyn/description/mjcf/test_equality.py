@@ -181,16 +181,46 @@ def test_fixed_tendons_couple_two_joints(equality: str, ratio: float, offset: fl
     assert again.offset == pytest.approx(found.offset, rel=1e-13)
 
 
+@pytest.mark.parametrize("ratio", [-1.0, 0.0, 0.7])
+@pytest.mark.parametrize("driven", ["j", "k"])
+def test_tendons_of_single_joints_follow_a_polynomial(ratio: float, driven: str) -> None:
+    """2 j of a tendon, 5 k of the other; as MuJoCo's own residual says."""
+    mujoco = pytest.importorskip("mujoco")
+    driving = "jk".replace(driven, "")
+    first, second = ("t", "u") if driven == "j" else ("u", "t")
+    equality = f'<tendon tendon1="{first}" tendon2="{second}" polycoef="0.2 {ratio} 0.3 0 -0.04"/>'
+    text = TENDONS.format(equality)
+    mechanism = cd.load(text)
+    (found,) = mechanism.description.couplings
+    (again,) = mechanism.second_reading.couplings
+    assert (found.predecessor, found.successor) == (driving, driven)
+    for name in ("ratio", "offset", "higher"):
+        np.testing.assert_allclose(getattr(found, name), getattr(again, name), rtol=1e-14)
+    at = np.array([-0.3, 0.1, 0.25])
+    scene = cd.Scene(mechanism, drive=driving, gravity=(0, 0, -9.81))
+    turn = scene.sweep(at, speed=2.0)
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    for k in range(len(at)):
+        for name in "jk":
+            place = model.joint(name).qposadr[0]
+            data.qpos[place] = model.qpos0[place] + turn.motion.position(name)[k]
+        mujoco.mj_forward(model, data)
+        assert data.efc_type[0] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+        assert abs(data.efc_pos[0]) < 1e-13
+
+
 @pytest.mark.parametrize(
     "equality",
     [
         '<tendon tendon1="t"/>',
-        '<tendon tendon1="t" tendon2="u" polycoef="0 1 0.1 0 0"/>',
+        '<tendon tendon1="t" tendon2="s" polycoef="0 1 0.1 0 0"/>',
+        '<tendon tendon1="t" tendon2="s" polycoef="0 -1 0.1 0 0"/>',
         '<tendon tendon1="t" tendon2="u" polycoef="0.1 0 0 0 0"/>',
         '<tendon tendon1="s"/><joint joint1="k"/>',
     ],
 )
-def test_tendons_that_couple_no_two_joints_linearly_are_refused(equality: str) -> None:
+def test_tendons_that_couple_no_two_joints_are_refused(equality: str) -> None:
     with pytest.raises(cd.ModelError, match=r"<tendon> 1: it is not supported; .* tendon where"):
         read(TENDONS.format(equality))
 
