@@ -226,11 +226,31 @@ def _in_doubt(mechanism: Mechanism, tolerance: float) -> list[list[int]]:
     for joined, shared in parts:
         matrix = np.concatenate([blocks[index] for index in joined])[:, sorted(shared)]
         sizes = np.linalg.svd(matrix, compute_uv=False)
-        # Those with equations to spare may close at zero alone.
-        regular = len(sizes) == len(matrix) and sizes.min() > tolerance
+        # Those with equations to spare may close at zero alone, unless all their joints move in one
+        # plane or about one point, and in every way that can be.
+        regular = sizes.min() > tolerance and len(sizes) == len(matrix)
+        if not regular and max(joined) < len(mechanism.loops):
+            regular = bool(np.all(sizes[: 3 * len(joined)] > tolerance)) and all(
+                _keeps_together(blocks[index]) for index in joined
+            )
         if not regular or max(errors[index] for index in joined) > _CLOSED:
             result.append(sorted(joined))
     return result
+
+
+def _keeps_together(screws: Array) -> bool:
+    """Return whether motions `(6, n)` of a loop's joints are in one plane or about one point."""
+    linear, angular = screws[:3], screws[3:]
+    sides, sizes, _ = np.linalg.svd(angular)
+    if sizes[1] <= _CLOSED:
+        return bool(np.abs(sides[:, 0] @ linear).max() <= _CLOSED)
+    # Velocities about a point p are p × ω.
+    x, y, z = angular
+    nothing = np.zeros_like(x)
+    rows = np.stack([[nothing, z, -y], [-z, nothing, x], [y, -x, nothing]])
+    matrix, values = rows.transpose(2, 0, 1).reshape(-1, 3), linear.T.ravel()
+    point = np.linalg.lstsq(matrix, values)[0]
+    return bool(np.abs(matrix @ point - values).max() <= _CLOSED)
 
 
 class Nearest(NamedTuple):
