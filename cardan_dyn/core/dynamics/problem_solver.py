@@ -464,12 +464,7 @@ class ProblemSolver(Frozen):
             if len(problem.independent) == 1 and not (problem.elements or self.varied):
                 hint += ", or sweep Scene.response(), which computes what is read of it alone"
             hint += ", or let a study of studies.Sweeps keep what is wanted of them on disk"
-        needed, memory = 8.0 * count * numbers, _memory()
-        if needed > memory:
-            raise ArgumentError(
-                f"{count} samples keep {needed / 1e9:.3g} GB, more than the {memory / 1e9:.3g} GB "
-                f"of memory of this machine{hint}"
-            )
+        refuse_beyond_memory(count, numbers, hint)
 
     def rates_at(
         self, assembled: AssembledPositions, x: Array, acting: Acting
@@ -596,6 +591,20 @@ class _Work:
         guesses = assembled.blocks.given_up() if isinstance(assembled.blocks, InTurn) else None
         keeps_rates = self._solver.keeps_rates(len(assembled))
         return collected(assembled.spans, self.block, positions_of, guesses, keeps_rates)
+
+
+def refuse_beyond_memory(count: int, numbers: int, hint: str) -> None:
+    """Refuse samples of so many numbers each; what to do follows the message.
+
+    Raises:
+        ArgumentError: they do not fit into the memory of the machine.
+    """
+    needed, memory = 8.0 * count * numbers, _memory()
+    if needed > memory:
+        raise ArgumentError(
+            f"{count} samples keep {needed / 1e9:.3g} GB, more than the {memory / 1e9:.3g} GB "
+            f"of memory of this machine{hint}"
+        )
 
 
 def _memory() -> float:
