@@ -28,6 +28,7 @@ from ..mechanics.reactions import momentum_rates
 from ..mechanics.sample import LinkForce, Position, Solved, solved_at
 from ..mechanics.vectors import ZERO, times
 from ..mechanism.mechanism import Mechanism
+from ..proof.derived import derived_errors
 from ..tape import (
     Program,
     Scalar,
@@ -39,8 +40,17 @@ from ..tape import (
     pulled,
     tangents,
 )
-from .inverse_dynamics import Inputs
-from .parameters import OfColumn, OfElement, OfMass, OfOrigin, OfRow, Parameter
+from .inverse_dynamics import Inputs, JointRates
+from .parameters import (
+    OfColumn,
+    OfDescription,
+    OfElement,
+    OfMass,
+    OfOrigin,
+    OfRow,
+    Parameter,
+)
+from .problem_solver import ProblemSolver
 from .pushing import Pushing
 from .tape import Equations, Kind, LinkKind, Prescribed, Tape
 from .taped import MOST_TAPES, TapedSolver, vectors
@@ -325,14 +335,14 @@ class _Forwards(_Derivatives):
     places: list[tuple[Array, Array]]
 
     def _written(self, sample: _Closed) -> list[Scalar]:
-        outputs: list[Scalar] = []
+        outputs: dict[Scalar, int] = {}
 
         def placed(values: Sequence[Scalar]) -> Array:
             """Return where values are written, -1 for those that are zero."""
-            places = []
-            for value in values:
-                places.append(-1 if is_zero(value) else len(outputs))
-                outputs.extend([] if is_zero(value) else [value])
+            places = [
+                -1 if is_zero(value) else outputs.setdefault(value, len(outputs))
+                for value in values
+            ]
             return np.array(places)
 
         self.places = []
@@ -342,7 +352,7 @@ class _Forwards(_Derivatives):
             for error in errors:
                 opened = greater(opened, absolute(error))
             self.places.append((placed([opened, farthest]), placed(found)))
-        return outputs
+        return list(outputs)
 
 
 class _Backwards(_Derivatives):
@@ -526,16 +536,18 @@ def _of_lanes(lanes: Array, parts: Sequence[Array], count: int) -> list[Array]:
 class Differentiated:
     """Closed samples of a scene, differentiated with all that its elements exert."""
 
-    def __init__(self, taped: TapedSolver, x: Array, v: Array, inputs: Inputs) -> None:
+    def __init__(self, solver: ProblemSolver, x: Array, v: Array, inputs: Inputs) -> None:
         """Keep them.
 
         Args:
-            taped: solves them.
+            solver: of the scene.
             x: `(N, size)` closed coordinates.
             v: `(N, nv)` their velocities.
             inputs: what is prescribed.
         """
-        mechanism, elements = taped.problem.mechanism, taped.problem.elements
+        mechanism, elements = solver.problem.mechanism, solver.problem.elements
+        taped = solver.taped
+        self._solver, self._x, self._inputs = solver, x, inputs
         links = [(name, load) for name, load in inputs.link_loads.items() if load.body >= 0]
         self._pushing: Pushing | None = None
         if elements:
@@ -599,3 +611,45 @@ class Differentiated:
         slopes = self._samples.slopes(parameters, weights)
         opened = slopes[len(parameters) :].max(axis=1, initial=0.0)
         return slopes[: len(parameters)].sum(axis=1) + more, opened
+
+    def residuals(self, parameter: Parameter, change: Change) -> tuple[float, float]:
+        """Return how fast loops open and bodies lose balance, by the proof; see `Derivative`.
+
+        Args:
+            parameter: by which the samples are differentiated.
+            change: what was found of it.
+        """
+        solver, x, inputs = self._solver, self._x, self._inputs
+        problem, dynamics = solver.problem, solver.inverse_dynamics
+        mechanism, kinematics = problem.mechanism, solver.assembly.kinematics
+        found = solver.taped.found(x, inputs, lambda samples: kinematics.evaluate(x[samples]))[0]
+        if isinstance(parameter, OfColumn):
+            columns = mechanism.coordinates.columns_of([*problem.independent, *problem.held])
+            changed = inputs.changed(prescribed=columns.index(parameter.column))
+        else:
+            changed = inputs.changed(parameter.row if isinstance(parameter, OfRow) else -1)
+        claims = []
+        for own, read in (inputs, partial(getattr, found)), (changed, change.of):
+            v = read("v")
+            rates = JointRates(read("ratios").reshape(*v.shape, -1), v, read("a"))
+            wrenches = read("wrenches").reshape(len(x), -1, 6)
+            of_joints = wrenches, read("efforts"), read("couplings")
+            claims.append(dynamics.claim(read("x"), own, rates, *of_joints))
+        claim, rate = claims
+        others = []
+        if isinstance(parameter, OfDescription):
+            for node, weight in zip(parameter.nodes, parameter.weights, strict=True):
+                described = parameter.changed(mechanism.second_reading, node)
+                others.append((dynamics.bodies_of(described, problem.elements), weight))
+        elif isinstance(parameter, OfElement):
+            for end, sign in zip(parameter.ends, (1.0, -1.0), strict=True):
+                elements = parameter.among(problem.elements, end)
+                bodies = dynamics.bodies_of(mechanism.second_reading, elements)
+                others.append((bodies, sign / parameter.step))
+        opened, lost = derived_errors(dynamics.bodies, claim, rate, others)
+        lengths = np.repeat([mechanism.characteristic_length, 1.0], 3)
+        greatest, size = (np.abs(of.wrenches * lengths).max(initial=0.0) for of in claims)
+        size += greatest * np.abs(rate.x * mechanism.coordinates.scale).max(initial=0.0)
+        if isinstance(parameter, OfDescription):  # What cancels is of the size of what there is.
+            size += greatest / abs(parameter.nodes[0])
+        return opened, float(lost / size) if size else float("nan")

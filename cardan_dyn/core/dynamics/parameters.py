@@ -10,6 +10,7 @@ import numpy as np
 
 from ...kit.arrays import EPS
 from ...kit.errors import ModelError
+from ..description.description import Description
 from ..elements.element import Element
 from ..mechanics.bodies import Mass, Tree
 from ..mechanism.mechanism import Mechanism
@@ -43,7 +44,23 @@ class OfRow(Parameter):
 
 
 @dataclass(frozen=True)
-class OfMass(Parameter):
+class OfDescription(Parameter):
+    """A number of a description.
+
+    Attributes:
+        changed: returns a description in which it is greater by some amount.
+        nodes, weights: amounts, and the sum of weighted numbers there that is the derivative of all
+            that is of second degree in the number, or trigonometric of second degree in an angle:
+            of placements, which products of two rotations are, and of what bodies exert.
+    """
+
+    changed: Callable[[Description, float], Description]
+    nodes: tuple[float, ...]
+    weights: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class OfMass(OfDescription):
     """Mass, centre or inertia of a link.
 
     Attributes:
@@ -58,36 +75,42 @@ class OfMass(Parameter):
 
 
 @dataclass(frozen=True)
-class OfOrigin(Parameter):
+class OfOrigin(OfDescription):
     """A length or an angle in the placement of a joint.
 
     Attributes:
         displaced: returns the mechanism in which it is greater by some amount [m or rad].
         unit: amount that changes a mechanism by about its own size.
-        nodes, weights: amounts, and the sum of weighted numbers there that is the derivative of all
-            numbers of a tree: of polynomials of second degree in a length, of trigonometric ones
-            in an angle, which products of two rotations are.
     """
 
     displaced: Callable[[float], Mechanism]
     unit: float
-    nodes: tuple[float, ...]
-    weights: tuple[float, ...]
 
     @classmethod
-    def of_length(cls, name: str, displaced: Callable[[float], Mechanism], far: float) -> OfOrigin:
+    def of_length(
+        cls,
+        name: str,
+        changed: Callable[[Description, float], Description],
+        displaced: Callable[[float], Mechanism],
+        far: float,
+    ) -> OfOrigin:
         """Return one of a length, whose numbers are compared at places that far away [m]."""
-        return cls(name, displaced, far, (far, -far), (0.5 / far, -0.5 / far))
+        return cls(name, changed, (far, -far), (0.5 / far, -0.5 / far), displaced, far)
 
     @classmethod
-    def of_angle(cls, name: str, displaced: Callable[[float], Mechanism]) -> OfOrigin:
+    def of_angle(
+        cls,
+        name: str,
+        changed: Callable[[Description, float], Description],
+        displaced: Callable[[float], Mechanism],
+    ) -> OfOrigin:
         """Return one of an angle."""
         nodes = tuple(np.pi / 4.0 * k for k in (1, 3, -3, -1))
         weights = tuple(
             sign / (8.0 * np.sin(node / 2.0) ** 2)
             for sign, node in zip((1.0, -1.0, 1.0, -1.0), nodes, strict=True)
         )
-        return cls(name, displaced, 1.0, nodes, weights)
+        return cls(name, changed, nodes, weights, displaced, 1.0)
 
     def slopes(
         self, numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]]
@@ -169,3 +192,7 @@ class OfElement(Parameter):
     element: int
     ends: tuple[Element, Element]
     step: float
+
+    def among(self, elements: Sequence[Element], end: Element) -> tuple[Element, ...]:
+        """Return all elements, with one of `ends` in its place."""
+        return (*elements[: self.element], end, *elements[self.element + 1 :])

@@ -21,6 +21,7 @@ from ..kinematics.assembly import Assembly
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.following.guesses import Guess
 from ..kinematics.loops.needs import solved_couplings
+from ..mechanism.kept import Kept
 from ..problem.acting import Acting
 from ..problem.problem import Problem
 from ..problem.samples import Targets, acting_on
@@ -40,6 +41,9 @@ and their products; a velocity ratio per drive comes on top."""
 _MOST_RATES = 4_000_000
 """Velocities, accelerations and velocity ratios (32 MB) that a sweep of several blocks keeps. More
 of them are computed from closed coordinates when they are asked for, in a third of its time."""
+
+_LITTLE = 8.0 * _MOST_RATES
+"""Memory [bytes] that is not asked for."""
 
 # The GNU C library gives free memory at the end of its heap back once it exceeds twice the largest
 # piece that was ever freed by itself, and a block would take all of it anew, page by page.
@@ -214,6 +218,11 @@ class ProblemSolver(Frozen):
             self.assembly,
             self.assembly.needed.efforts_alone,
         )
+
+    @cached_property
+    def parameters(self) -> Kept:
+        """What names of parameters say."""
+        return Kept()
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""
@@ -599,7 +608,10 @@ def refuse_beyond_memory(count: int, numbers: int, hint: str) -> None:
     Raises:
         ArgumentError: they do not fit into the memory of the machine.
     """
-    needed, memory = 8.0 * count * numbers, _memory()
+    needed = 8.0 * count * numbers
+    if needed < _LITTLE:  # Most would pay for the question.
+        return
+    memory = _memory()
     if needed > memory:
         raise ArgumentError(
             f"{count} samples keep {needed / 1e9:.3g} GB, more than the {memory / 1e9:.3g} GB "

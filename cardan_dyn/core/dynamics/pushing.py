@@ -70,12 +70,9 @@ class Pushing(NamedTuple):
         moves = np.any(x) or np.any(v) or isinstance(parameter, OfOrigin)
         change = slope(moved) * far if moves else np.zeros_like(self.rows())
         if isinstance(parameter, OfElement):
-            more, less = (self._with(parameter.element, end) for end in parameter.ends)
-            change += (more.rows() - less.rows()) / parameter.step
+            more, less = (
+                self._replace(elements=parameter.among(self.elements, end)).rows()
+                for end in parameter.ends
+            )
+            change += (more - less) / parameter.step
         return change
-
-    def _with(self, index: int, element: Element) -> Pushing:
-        """Return it with another element in place of one."""
-        return self._replace(
-            elements=(*self.elements[:index], element, *self.elements[index + 1 :])
-        )

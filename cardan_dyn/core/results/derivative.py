@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,6 +15,7 @@ from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import Frozen, frozen, read_only
 from ..dynamics.differentiated import Change, Differentiated
 from ..dynamics.inverse_dynamics import Inputs
+from ..dynamics.parameters import Parameter
 from ..dynamics.problem_solver import ProblemSolver, refuse_beyond_memory
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..elements.link_loads import WRENCH_COMPONENTS
@@ -49,6 +51,17 @@ class Swept(NamedTuple):
         """That of the scene."""
         return self.solver.problem
 
+    def parameters(self, names: Sequence[object]) -> dict[str, Parameter]:
+        """Return the parameters of names and of patterns; errors as of `parameters_of`."""
+        own = tuple(name for name in names if isinstance(name, str))
+        if len(own) < len(names):
+            raise ArgumentError("parameters are named by strings, such as 'mass:LINK'")
+        return self.solver.parameters.of(
+            "parameters",
+            (own, *self.acting.link_loads),
+            lambda: parameters_of(self.problem, self.acting, own),
+        )
+
     @property
     def differentiated(self) -> Differentiated:
         """All samples; those whose motion is not solved stand somewhere."""
@@ -68,8 +81,8 @@ class Swept(NamedTuple):
             time=acting.time,
             has_rates=True,
         )
-        x, v = np.nan_to_num(motion.x), np.nan_to_num(rates)
-        return Differentiated(self.solver.taped, x, v, inputs)
+        x, v = (np.where(np.isnan(values), 0.0, values) for values in (motion.x, rates))
+        return Differentiated(self.solver, x, v, inputs)
 
 
 class WrenchDerivative(NamedTuple):
@@ -123,22 +136,14 @@ class Derivative(Frozen):
 
     Attributes:
         parameter: the number, as it was named.
-        loop_residual: greatest rate at which closure errors grow, which vanishes [lengths of the
-            mechanism per unit].
     """
 
     parameter: str
-    loop_residual: float
     _of: Swept
     _change: Change
 
     def __init__(self, parameter: str, of: Swept, change: Change) -> None:
-        self._freeze(
-            parameter=parameter,
-            loop_residual=change.opened,
-            _of=of,
-            _change=change,
-        )
+        self._freeze(parameter=parameter, _of=of, _change=change)
 
     def __repr__(self) -> str:
         return f"<Derivative by {self.parameter!r}: {len(self._of.motion.x)} samples>"
@@ -147,6 +152,32 @@ class Derivative(Frozen):
     def shape(self) -> tuple[int, ...]:
         """Shape of the samples."""
         return self._of.motion.shape
+
+    @property
+    def loop_residual(self) -> float:
+        """Greatest rate at which loops, couplings, drives and held joints get away from positions.
+
+        It is of angles [rad per unit], or of gaps as fractions of the characteristic length.
+        Residuals are computed when they are read, in some hundredths of a second, by the text of
+        the proof, which shares with how derivatives are found no more than what `origin` means.
+        """
+        return self._residuals[0]
+
+    @property
+    def balance_residual(self) -> float:
+        """Greatest rate at which bodies get out of balance, relative to that of wrenches.
+
+        To the latter counts how fast wrenches turn with joints, and, of numbers of the description,
+        the greatest wrench for a change by about all there is. Where elements act, it is some 1e-11
+        by which differences are off. NaN where nothing changes, or no balance is known.
+        """
+        return self._residuals[1]
+
+    @cached_property
+    def _residuals(self) -> tuple[float, float]:
+        by = self._of.parameters([self.parameter])
+        with np.errstate(all="ignore"):
+            return self._of.differentiated.residuals(by[self.parameter], self._change)
 
     def __getitem__(self, joint: str) -> WrenchDerivative:
         """Return how the wrench of an output changes.
@@ -278,7 +309,7 @@ _OF_WRENCH = {"force": [0, 1, 2], "moment": [3, 4, 5]} | {
 
 def derivatives_of(of: Swept, names: Sequence[str]) -> dict[str, Derivative]:
     """Return derivatives by some numbers, see `Sweep.derivative`."""
-    parameters = parameters_of(of.problem, of.acting, names)
+    parameters = of.parameters(names)
     refuse_beyond_memory(
         len(of.motion.x),
         len(parameters) * (3 * of.problem.mechanism.model.nv + 6 * len(of.problem.outputs)),
@@ -297,7 +328,7 @@ def slopes_of(
     of: Swept, weights: Mapping[str, ArrayLike], names: Sequence[str]
 ) -> Mapping[str, float]:
     """Return derivatives of a weighted sum, see `Sweep.gradient`."""
-    parameters = parameters_of(of.problem, of.acting, names)
+    parameters = of.parameters(names)
     rows: dict[int, Array] = {}
     samples = of.differentiated
     for name, given in mapping("weights", weights).items():
@@ -331,6 +362,10 @@ def slopes_of(
     )
 
 
+_OPEN = math.sqrt(EPS)
+"""Rate of closure errors, beside that of coordinates, above which a loop opens."""
+
+
 def _refused(name: str, opened: float, farthest: float, is_asked: bool) -> bool:
     """Return whether a derivative does not exist, since a loop opens.
 
@@ -344,9 +379,9 @@ def _refused(name: str, opened: float, farthest: float, is_asked: bool) -> bool:
         ModelError: it was.
         AccuracyError: rates are no numbers.
     """
-    if not np.isfinite(opened + farthest):
+    if not math.isfinite(opened + farthest):
         raise overflow(f"the derivative by {name!r}")
-    if opened <= np.sqrt(EPS) * max(1.0, farthest):
+    if opened <= _OPEN * max(1.0, farthest):
         return False
     if is_asked:
         raise ModelError(

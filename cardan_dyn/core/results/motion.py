@@ -96,7 +96,8 @@ class Motion(Frozen):
     def _without_turns(self) -> tuple[Array, Array]:
         # Over how many turns a motion was followed before it repeated, nobody asked.
         angles, named = self._coordinates.angle_columns, self._coordinates.named
-        own = np.setdiff1d(angles, [named[name].column for name in self.drives])
+        driven = {named[name].column for name in self.drives}
+        own = [column for column in angles.tolist() if column not in driven]
         taken = np.rint(self._x[:, own] / (2.0 * np.pi))
         if not np.count_nonzero(taken):
             return self._x, self._turns

@@ -24,7 +24,7 @@ from ..problem.problem import Problem
 if TYPE_CHECKING:
     from pinocchio import SE3
 
-    from ..description.description import LinkDescription
+    from ..description.description import Description, LinkDescription
     from ..elements.element import Element
     from ..tape import Scalar
 
@@ -39,9 +39,7 @@ _FORMS = (
 )
 
 
-def parameters_of(
-    problem: Problem, acting: Acting, names: Sequence[object]
-) -> dict[str, Parameter]:
+def parameters_of(problem: Problem, acting: Acting, names: Sequence[str]) -> dict[str, Parameter]:
     """Return the parameters of names and of patterns, by their names.
 
     Args:
@@ -55,8 +53,6 @@ def parameters_of(
     """
     found: dict[str, Parameter] = {}
     for name in names:
-        if not isinstance(name, str):
-            raise ArgumentError(f"parameters are named: {_FORMS}")
         if "*" not in name:
             found[name] = _parameter(problem, acting, name)
             continue
@@ -72,7 +68,8 @@ def parameters_of(
 
 def _every_name(problem: Problem) -> Iterator[str]:
     """Yield the names of all parameters, but for components of loads on links."""
-    yield from (*problem.independent, *problem.held)
+    yield from problem.independent
+    yield from problem.held
     yield from (f"gravity.{axis}" for axis in _AXES)
     for kind in "speed", "acceleration":
         yield from (f"{kind}:{drive}" for drive in problem.independent)
@@ -147,9 +144,46 @@ def _of_mass(problem: Problem, name: str, kind: str, of: str) -> OfMass:
     if not re.fullmatch(wanted, component):
         raise ArgumentError(f"{name!r} says no parameter; one is {_FORMS}")
     body, frame = problem.mechanism.link(link)
-    described = next(item for item in problem.mechanism.description.links if item.name == link)
+    described, total = _described(problem.mechanism)[link]
     at = frame.act(np.asarray(described.centre))
-    return OfMass(name, link, body - 1, partial(_added_mass, kind, component, frame, described, at))
+    length = problem.mechanism.characteristic_length
+    # What a body exerts is linear in masses and inertias, and of second degree in a centre.
+    size = {"mass": total, "centre": length, "inertia": total * length**2}[kind]
+    nodes, weights = ((size, 0.0), (1.0 / size, -1.0 / size))
+    if kind == "centre":
+        nodes, weights = ((size, -size), (0.5 / size, -0.5 / size))
+    changed = partial(_with_mass, kind, component, link)
+    adds = partial(_added_mass, kind, component, frame, described, at)
+    return OfMass(name, changed, nodes, weights, link, body - 1, adds)
+
+
+def _described(mechanism: Mechanism) -> dict[str, tuple[LinkDescription, float]]:
+    """Return links to how they are described, each with the mass of all; 1 kg if there is none."""
+    links = mechanism.description.links
+    total = sum(item.mass for item in links) or 1.0
+    return mechanism.kept.of(
+        "described links", None, lambda: {item.name: (item, total) for item in links}
+    )
+
+
+def _with_mass(
+    kind: str, component: str, name: str, description: Description, by: float
+) -> Description:
+    """Return a description in which mass, centre or inertia of a link differ by some amount."""
+    links = []
+    for link in description.links:
+        value: Any = getattr(link, kind) if link.name == name else 0.0
+        if link.name == name and kind == "mass":
+            link = replace(link, mass=value + by)
+        elif link.name == name:
+            value = np.array(value)
+            index = tuple(map(_AXES.index, component))
+            value[index] += by
+            if kind == "inertia" and index[0] != index[1]:
+                value[index[::-1]] += by
+            link = replace(link, **{kind: value})
+        links.append(link)
+    return replace(description, links=tuple(links))
 
 
 def _added_mass(
@@ -197,7 +231,7 @@ def _of_element(problem: Problem, name: str, kind: str, of: str) -> OfElement:
         raise ModelError(f"{name!r}: {of} has no {attribute} that is a number", name=of)
     # What acts is linear in it: any difference is exact.
     ends = (1.5 * value, 0.5 * value) if value else (1.0, 0.0)
-    more, less = (replace(cast("Any", element), **{kind: end}) for end in ends)
+    more, less = (replace(cast("Any", element), **{attribute: end}) for end in ends)
     index = list(known).index(of)
     return OfElement(name, index, (more, less), ends[0] - ends[1])
 
@@ -209,7 +243,10 @@ def _elements(problem: Problem) -> dict[str, Element]:
 
 def _places(mechanism: Mechanism) -> dict[str, tuple[Any, str]]:
     """Return joints, and ends of loops, to what describes them and its field of the placement."""
-    description = mechanism.description
+    return mechanism.kept.of("places", None, lambda: _described_places(mechanism.description))
+
+
+def _described_places(description: Description) -> dict[str, tuple[Any, str]]:
     places: dict[str, tuple[Any, str]] = {
         item.name: (item, "origin") for item in description.joints
     }
@@ -245,20 +282,24 @@ def _of_origin(problem: Problem, name: str, of: str) -> OfOrigin:
         "yaw": np.array([0.0, 0.0, 1.0]),
     }
 
-    def displaced(by: float) -> Mechanism:
-        moved = placement.copy()
-        if component in turns_about:
-            moved[:3, :3] = pinocchio.exp3(by * turns_about[component]) @ rotation
-        else:
-            moved[_AXES.index(component), 3] += by
+    def changed(of: Description, by: float) -> Description:
         kind = "joints" if field == "origin" else "loops"
-        own = tuple(
-            replace(other, **{field: moved}) if other is item else other
-            for other in getattr(description, kind)
-        )
-        changed = replace(description, **{kind: cast(Any, own)})
-        return Mechanism(changed, mechanism.base, mechanism.coordinates.cardan)
+        own: list[Any] = []
+        for other in getattr(of, kind):
+            if other.name == item.name:
+                moved = getattr(other, field).copy()
+                if component in turns_about:
+                    turn = pinocchio.exp3(by * turns_about[component])
+                    moved[:3, :3] = turn @ moved[:3, :3]
+                else:
+                    moved[_AXES.index(component), 3] += by
+                other = replace(other, **{field: moved})
+            own.append(other)
+        return replace(of, **{kind: cast("Any", tuple(own))})
+
+    def displaced(by: float) -> Mechanism:
+        return Mechanism(changed(description, by), mechanism.base, mechanism.coordinates.cardan)
 
     if component in turns_about:
-        return OfOrigin.of_angle(name, displaced)
-    return OfOrigin.of_length(name, displaced, mechanism.characteristic_length)
+        return OfOrigin.of_angle(name, changed, displaced)
+    return OfOrigin.of_length(name, changed, displaced, mechanism.characteristic_length)

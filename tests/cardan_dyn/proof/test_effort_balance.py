@@ -47,8 +47,8 @@ class Claimed:
     def imbalance(self, given: np.ndarray, scale: np.ndarray | None = None) -> np.ndarray:
         scales = [1.0] * len(given) if scale is None else scale.tolist()
         balance = EffortBalance(self.screws, self.joints, scales)
-        found = balance.imbalance(self.placed, self.wrenches, self.in_world, list(given))
-        return np.broadcast_to(found, COUNT)
+        found = balance.imbalances(self.placed, self.wrenches, self.in_world, list(given))
+        return np.max([np.broadcast_to(np.abs(value), COUNT) for value in found], axis=0)
 
 
 def test_what_wrenches_do_along_the_rates_is_in_balance(mechanism: cd.Mechanism) -> None:
