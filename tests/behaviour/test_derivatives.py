@@ -444,9 +444,8 @@ def weighted(found: object, weights: dict[str, Array]) -> list[float]:
             values = found.holding_effort[joint]
         else:
             values = getattr(found[joint], kind) if joint else found.drive_effort
-        products += (
-            np.where(own == 0.0, 0.0, own * np.where(own == 0.0, 0.0, values)).ravel().tolist()
-        )
+        # What is not unique is NaN, and has no weight.
+        products += (own * np.where(own == 0.0, 0.0, values)).ravel().tolist()
     return products
 
 
@@ -539,12 +538,9 @@ def test_gradients_are_the_reference_derivatives() -> None:
 
 def test_patterns_stand_for_what_has_a_derivative() -> None:
     sweep = four_bar().sweep(CRANK, **GIVEN)
-    assert list(sweep.derivative("origin:C*")) == [
-        f"origin:C.{end}.{axis}" for end in ("predecessor", "successor") for axis in ("x", "y")
-    ] + [] or {"origin:C.predecessor.x", "origin:C.successor.y"} <= set(
-        sweep.derivative("origin:C*")
-    )
-    assert "origin:C.successor.pitch" not in sweep.derivative("origin:C*")
+    kept = [f"origin:C.{end}.{part}" for end in ("predecessor", "successor") for part in ("x", "y")]
+    assert [name for name in sweep.derivative("origin:C*") if "yaw" not in name] == kept
+    assert list(sweep.gradient({"drive_effort": 1.0}, "origin:C*.x")) == kept[::2]
     assert list(sweep.gradient({"drive_effort": 1.0}, "mass:c*")) == ["mass:crank", "mass:coupler"]
     assert list(sweep.derivative("mass:crank*")) == ["mass:crank"]
     for read in (sweep.derivative, lambda *names: sweep.gradient({"drive_effort": 1.0}, *names)):

@@ -458,7 +458,7 @@ class Samples:
             at which closure errors grow, in units of the mechanism.
         """
         of = Pattern(parameters, seeded, tuple(weights), self._numbers_at)
-        runs = self._runs(_Backwards, of, [np.array([*weights.values()])])
+        runs = self._runs(_Backwards, of, [np.reshape([*weights.values()], (-1, self._x.shape[1]))])
         result = np.empty((len(runs[0][1].results), self._x.shape[1]))
         for _, part in runs:
             every = np.arange(len(result))

@@ -11,6 +11,7 @@ from testkit.mixed_chain import MIXED, rows
 import cardan_dyn as cd
 from cardan_dyn.core.proof.effort_balance import EffortBalance
 from cardan_dyn.core.proof.screws import Screw, Screws, in_world, power
+from cardan_dyn.core.proof.vectors import greatest
 
 COUNT = 4
 
@@ -48,7 +49,7 @@ class Claimed:
         scales = [1.0] * len(given) if scale is None else scale.tolist()
         balance = EffortBalance(self.screws, self.joints, scales)
         found = balance.imbalances(self.placed, self.wrenches, self.in_world, list(given))
-        return np.max([np.broadcast_to(np.abs(value), COUNT) for value in found], axis=0)
+        return np.broadcast_to(greatest(found), COUNT)
 
 
 def test_what_wrenches_do_along_the_rates_is_in_balance(mechanism: cd.Mechanism) -> None:
