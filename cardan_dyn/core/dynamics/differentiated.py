@@ -153,7 +153,7 @@ class _Closed:
         self.zeros = len(trace.inputs)
         tape.equations = equations.on(tree, links)
         given, x, _ = tape.traced(trace)
-        self._given, self._tree, self._roles = given, tree, roles
+        self._given, self._tree = given, tree
         self._units = tree.coordinate_units(len(x)).tolist()
         pushes = [
             LinkForce(body, None, ZERO, tuple(row[:3]), tuple(row[3:]))
@@ -194,17 +194,12 @@ class _Closed:
         seeds: dict[Variable, Scalar] = {
             inputs[f"r{row}"]: self.trace.input(f"s{k}.{row}", 1.0) for row in self.of.seeded
         }
-        if isinstance(item, OfColumn):
-            seeds[inputs[f"x{item.column}"]] = 1.0
-        elif isinstance(item, OfOrigin):
-            seeds[self._changes[k]] = 1.0
-        elif isinstance(item, OfRow):
-            own = inputs[f"r{item.row}"]
-            seeds[own] = seeds.get(own, 0.0) + 1.0
-        elif isinstance(item, OfMass) and item.body in self._exerted:
-            of_change = {self._changes[k]: -self._factor(item)}
-            changes = tangents(self._exerted[item.body], of_change)
+        own = self._own(k)
+        if isinstance(item, OfMass) and item.body in self._exerted:
+            changes = tangents(self._exerted[item.body], {own: -self._factor(item)})
             seeds |= dict(zip(self._pushed[item.body], changes, strict=True))
+        else:
+            seeds[own] = seeds.get(own, 0.0) + 1.0
         errors, farthest = self._position.errors, 0.0
         for rows in self._rows:
             opening = tangents([errors[row] for row in rows], seeds)
