@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
 
 import numpy as np
@@ -373,18 +374,235 @@ def test_angles_of_an_origin(pitch: float) -> None:
         assert found == pytest.approx(expected, abs=1e-13), name
 
 
-def test_how_idle_rods_turn_is_not_differentiated() -> None:
-    text = """<robot name="rod"><link name="base"/><link name="crank"/><link name="rod"/>
-    <link name="rocker"/><joint name="a" type="continuous"><parent link="base"/>
-    <child link="crank"/><axis xyz="0 0 1"/></joint><joint name="b" type="spherical">
-    <parent link="crank"/><child link="rod"/><origin xyz="0 0.1 0.02"/></joint>
-    <joint name="d" type="continuous"><parent link="base"/><child link="rocker"/>
-    <origin xyz="0.5 0.05 0.1" rpy="1.2 0.1 0.3"/><axis xyz="0 0 1"/></joint>
-    <loop name="c" type="spherical"><predecessor link="rod"><origin xyz="0.45 0 0"/></predecessor>
-    <successor link="rocker"><origin xyz="0.05 0.25 0.05"/></successor></loop></robot>"""
-    sweep = cd.Scene(cd.load(text), drive="a", loads={"d": -2.0}).sweep([-0.5, -1.0], speed=3.0)
-    for name in "a", "origin:b.x":
-        with pytest.raises(cd.CardanError, match="idle rods"):
-            sweep.derivative(name)
+SPINNING = """<robot name="rod"><link name="base"/><link name="crank"/><link name="rod">
+<inertial><origin xyz="0.2 0 0"/><mass value="MASS"/>
+<inertia ixx="0.01" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="rocker"/><joint name="a" type="continuous"><parent link="base"/>
+<child link="crank"/><axis xyz="0 0 1"/></joint><joint name="b" type="spherical">
+<parent link="crank"/><child link="rod"/><origin xyz="0 0.1 0.02"/></joint>
+<joint name="d" type="continuous"><parent link="base"/><child link="rocker"/>
+<origin xyz="0.5 0.05 0.1" rpy="1.2 0.1 0.3"/><axis xyz="0 0 1"/></joint>
+<loop name="c" type="spherical"><predecessor link="rod"><origin xyz="0.45 0 0"/></predecessor>
+<successor link="rocker"><origin xyz="0.05 0.25 0.05"/></successor></loop></robot>"""
+
+
+@pytest.mark.filterwarnings("ignore:rod. loops are open")
+def test_how_idle_rods_turn() -> None:
+    def swept(by: float = 0.0, more: float = 0.0) -> cd.Sweep:
+        scene = cd.Scene(
+            cd.load(SPINNING.replace("MASS", repr(1.5 + more))),
+            drive="a",
+            loads={"d": -2.0},
+            gravity=(1.0, 2.0, -9.81),
+        )
+        return scene.sweep([-0.5 + by, -1.0 + by], speed=3.0, acceleration=2.0)
+
+    def read(of: cd.Sweep | object) -> Array:
+        motion = of.motion
+        every = [motion.position("b"), motion.position("c"), of["d"].moment]
+        every += [motion.velocity("b"), motion.acceleration("b"), motion.acceleration("c")]
+        return np.hstack([*every, of.drive_effort[:, None]])
+
+    sweep = swept()
+    found = sweep.derivative("a", "mass:rod")
+    for name, values in (
+        ("a", sloped(lambda by: read(swept(by)), 1e-3)),
+        ("mass:rod", sloped(lambda more: read(swept(0.0, more)), 0.1)),
+    ):
+        size = np.nanmax(np.abs(values))
+        assert read(found[name]) == pytest.approx(values, abs=1e-10 * size, nan_ok=True), name
     own = sweep.derivative("load:d").drive_effort
     assert own == pytest.approx(-sweep.motion.ratio("d"), rel=1e-12)
+    with pytest.raises(cd.CardanError, match="idle rods"):
+        sweep.derivative("origin:b.x")
+
+
+def every_weight(sweep: cd.Sweep, seed: int) -> dict[str, Array]:
+    """Return random weights of all that can be weighted."""
+    rng = np.random.default_rng(seed)
+    motion, names = sweep.motion, sweep.motion.mechanism.coordinates.columns
+    shapes = {f"{name}.{kind}": np.shape(getattr(motion, kind)(name)) for name in names
+              for kind in ("position", "velocity", "acceleration")}  # fmt: skip
+    shapes |= {f"{name}.holding_effort": sweep.shape for name in sweep.holding_effort}
+    shapes["drive_effort"] = np.shape(sweep.drive_effort)
+    weights = {name: rng.normal(size=shape) for name, shape in shapes.items()}
+    for name in sweep.outputs:
+        unique = sweep[name].unique
+        weights[f"{name}.force"] = rng.normal(size=(*sweep.shape, 3)) * unique[:3]
+        weights[f"{name}.moment"] = rng.normal(size=(*sweep.shape, 3)) * unique[3:]
+    return weights
+
+
+def weighted(found: object, weights: dict[str, Array]) -> list[float]:
+    """Return the products of weights and derivatives."""
+    products: list[float] = []
+    for name, own in weights.items():
+        joint, _, kind = name.rpartition(".")
+        if kind in ("position", "velocity", "acceleration"):
+            values = getattr(found.motion, kind)(joint)
+        elif kind == "holding_effort":
+            values = found.holding_effort[joint]
+        else:
+            values = getattr(found[joint], kind) if joint else found.drive_effort
+        # What is not unique is NaN, and has no weight.
+        products += (own * np.where(own == 0.0, 0.0, values)).ravel().tolist()
+    return products
+
+
+def stewart() -> cd.Sweep:
+    legs = [f"leg_{k}" for k in range(1, 7)]
+    scene = cd.Scene(cd.load("stewart_platform"), drive=legs, gravity=(0.0, 0.0, -9.81))
+    along = np.zeros((2, 3, 6)) + np.linspace(0.0, 0.01, 3)[:, None]
+    return scene.sweep(along, speed=[0.1, 0.2, 0.3, 0.1, 0.2, 0.3])
+
+
+SWEEPS: dict[str, tuple[Callable[[], cd.Sweep], tuple[str, ...]]] = {
+    "all of a four-bar": (lambda: four_bar().sweep(np.linspace(0.5, 6.0, 9), **GIVEN), ("*",)),
+    "factors on masses": (
+        lambda: four_bar().sweep(np.linspace(0.5, 6.0, 9), inertia={"coupler": 2.5}, **GIVEN),
+        ("A", "mass:*", "centre:*"),
+    ),
+    "designs": (
+        lambda: universal_joint(0.5).sweep(
+            PHI, speed=2.0, held={"joint_angle": np.array([[0.2], [0.7]])}
+        ),
+        ("bearing_in", "joint_angle", "mass:*"),
+    ),
+    "several orders of elimination": (
+        lambda: universal_joint(0.5).sweep(np.linspace(0.0, 6.0, 300)),
+        ("bearing_in", "joint_angle", "load:bearing_out"),
+    ),
+    "balls and several drives": (stewart, ("leg_2", "speed:leg_3", "mass:platform")),
+    "elements": (
+        lambda: four_bar(**elements()).sweep(np.linspace(0.5, 6.0, 9), **GIVEN),
+        ("A", "speed:A", "stiffness:*", "damping:*", "origin:C.*.x", "mass:*", "load:E"),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", SWEEPS)
+def test_backwards_is_the_same_as_forwards(case: str) -> None:
+    swept, names = SWEEPS[case]
+    sweep = swept()
+    weights = every_weight(sweep, 3)
+    found, slopes = sweep.derivative(*names), sweep.gradient(weights, *names)
+    assert list(slopes) == list(found)
+    sizes = {name: np.abs(weighted(of, weights)).sum() for name, of in found.items()}
+    for name, slope in slopes.items():
+        # Where nothing changes, rounding is that of others.
+        size = sizes[name] + 1e-9 * max(sizes.values())
+        tolerance = 1e-11 if case == "elements" else 1e-13
+        assert abs(slope - sum(weighted(found[name], weights))) <= tolerance * size, name
+    assert max(sizes.values()) > 1.0
+
+
+@pytest.mark.parametrize("case", SWEEPS)
+def test_balances_of_the_proof_hold_for_derivatives(case: str) -> None:
+    swept, names = SWEEPS[case]
+    found = swept().derivative(*names)
+    assert max(of.loop_residual for of in found.values()) < 1e-12
+    balances = [of.balance_residual for of in found.values()]
+    known = [balance for balance in balances if not np.isnan(balance)]
+    assert 0.0 < max(known) < (1e-10 if case == "elements" else 1e-13)
+    # Nothing changes with what a fixed link weighs, and the like.
+    assert len(known) > len(found) / 2
+
+
+def wrong_gravity(vector: tuple[object, ...], factor: object) -> tuple[object, ...]:
+    return tuple(part * -factor for part in vector)
+
+
+def test_the_proof_finds_derivatives_that_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    from cardan_dyn.core.dynamics import differentiated
+
+    right = four_bar().sweep(CRANK, **GIVEN).derivative("mass:coupler")
+    assert right.balance_residual < 1e-14
+    monkeypatch.setattr(differentiated, "times", wrong_gravity)
+    wrong = four_bar().sweep(CRANK, **GIVEN).derivative("mass:coupler")
+    assert wrong.balance_residual > 0.1
+    assert abs(wrong.drive_effort[0] - OF_TORQUE["mass:coupler"]) > 0.1
+
+
+def test_gradients_are_the_reference_derivatives() -> None:
+    sweep = four_bar().sweep(CRANK, **GIVEN)
+    slopes = sweep.gradient({"drive_effort": 1.0}, *OF_TORQUE)
+    for name, expected in OF_TORQUE.items():
+        assert slopes[name] == pytest.approx(expected, rel=1e-12), name
+    # Of the square of the coupler's pin force, by components in its own axes.
+    name, force = "origin:C.successor.x", sweep["B"].force[:, :2]
+    weights = {"B.force_x": 2.0 * force[:, 0], "B.force_y": 2.0 * force[:, 1]}
+    world = sweep.rotation("B")[0][:2, :2] @ force[0]
+    expected = 2.0 * world @ OF_FORCE[name]
+    assert sweep.gradient(weights, name)[name] == pytest.approx(expected, rel=1e-11)
+
+
+def test_patterns_stand_for_what_has_a_derivative() -> None:
+    sweep = four_bar().sweep(CRANK, **GIVEN)
+    kept = [f"origin:C.{end}.{part}" for end in ("predecessor", "successor") for part in ("x", "y")]
+    assert [name for name in sweep.derivative("origin:C*") if "yaw" not in name] == kept
+    assert list(sweep.gradient({"drive_effort": 1.0}, "origin:C*.x")) == kept[::2]
+    assert list(sweep.gradient({"drive_effort": 1.0}, "mass:c*")) == ["mass:crank", "mass:coupler"]
+    assert list(sweep.derivative("mass:crank*")) == ["mass:crank"]
+    for read in (sweep.derivative, lambda *names: sweep.gradient({"drive_effort": 1.0}, *names)):
+        with pytest.raises(cd.CardanError, match="matches no parameter"):
+            read("mass:z*")
+        with pytest.raises(cd.CardanError, match="opens a loop"):
+            read("mass:crank", "origin:E.z")
+        with pytest.raises(cd.CardanError, match="name the parameters"):
+            read()
+        with pytest.raises(cd.CardanError, match="named by strings"):
+            read(3)
+
+
+@pytest.mark.parametrize(
+    ("weights", "told"),
+    [
+        ({"effort": 1.0}, "says no result"),
+        ({"nobody.force": 1.0}, "no output 'nobody'"),
+        ({"nobody.position": 1.0}, "nobody"),
+        ({"B.force": 1.0}, "does not follow from the laws of motion"),
+        ({"B.force_z": 1.0}, "does not follow from the laws of motion"),
+        ({"drive_effort": [1.0, 2.0]}, "does not broadcast"),
+        ({"drive_effort": float("nan")}, "not finite"),
+        ({"E.holding_effort": 1.0}, "known are those of"),
+        ({"E.coupling_moment": 1.0}, "couplings are"),
+        ({"B.drive_effort": 1.0}, "drives are"),
+        (["drive_effort"], "mapping"),
+    ],
+)
+def test_weights_that_say_nothing_are_refused(weights: object, told: str) -> None:
+    with pytest.raises(cd.CardanError, match=told):
+        four_bar().sweep(CRANK).gradient(weights, "mass:coupler")
+
+
+def test_copies_differentiate_alike() -> None:
+    sweep = four_bar().sweep(np.linspace(0.5, 6.0, 5), **GIVEN)
+    copy = pickle.loads(pickle.dumps(sweep))
+    names = "A", "origin:C.successor.x", "mass:coupler"
+    own, theirs = (of.derivative(*names) for of in (sweep, copy))
+    for name in names:
+        np.testing.assert_array_equal(own[name].drive_effort, theirs[name].drive_effort)
+        again = pickle.loads(pickle.dumps(own[name]))
+        np.testing.assert_array_equal(again["C"].force, own[name]["C"].force)
+
+
+def test_friction_is_linear_in_its_effort() -> None:
+    def swept(effort: float) -> Array:
+        friction = cd.JointFriction("E", effort, transition=0.1, name="rub")
+        scene = four_bar(elements=[friction])
+        return scene.sweep(np.linspace(0.5, 6.0, 9), **GIVEN).drive_effort
+
+    friction = cd.JointFriction("E", 2.0, transition=0.1, name="rub")
+    sweep = four_bar(elements=[friction]).sweep(np.linspace(0.5, 6.0, 9), **GIVEN)
+    found = sweep.derivative("friction:rub").drive_effort
+    change = swept(3.0) - swept(2.0)
+    assert found == pytest.approx(change, abs=1e-11 * np.abs(change).max())
+    with pytest.raises(cd.CardanError, match="no stiffness that is a number"):
+        sweep.derivative("stiffness:rub")
+
+
+def test_more_than_memory_is_refused_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep = four_bar().sweep(np.linspace(0.0, 6.0, 20_000))
+    monkeypatch.setattr("os.sysconf", lambda _: 1000)
+    with pytest.raises(cd.CardanError, match="name fewer parameters"):
+        sweep.derivative("mass:*", "centre:*", "inertia:*")

@@ -22,7 +22,7 @@ from .description import Description, JointDescription, JointOrLoop, LinkDescrip
 PREFIX = "origin:"
 _SLIDES, _TURNS = ("x", "y", "z"), ("yaw", "pitch", "roll")
 """Components in the order in which they follow one another, from the carrying link on."""
-_PLACED = (*_SLIDES, *reversed(_TURNS))
+COMPONENTS = (*_SLIDES, *reversed(_TURNS))
 
 
 class Origin(NamedTuple):
@@ -33,7 +33,7 @@ class Origin(NamedTuple):
         joint: the joint or loop.
         carrier: attribute of that with the name of the carrying link.
         field: attribute with the `(4, 4)` placement in it [m].
-        component: one of `_PLACED`.
+        component: one of `COMPONENTS`.
         axis: `(3,)` along or about which the joint's frame moves, in the carrying link's axes.
     """
 
@@ -65,6 +65,17 @@ class Origin(NamedTuple):
         return _with(description, replace(self.joint, **placed))
 
 
+def places_of(description: Description) -> dict[str, tuple[JointOrLoop, str, str]]:
+    """Return the joints and loops to carrier and field of an `Origin`, by the names of places."""
+    places: dict[str, tuple[JointOrLoop, str, str]] = {
+        item.name: (item, "parent", "origin") for item in description.joints
+    }
+    for loop in description.loops:
+        for end in ("predecessor", "successor"):
+            places[f"{loop.name}.{end}"] = loop, end, f"{end}_origin"
+    return places
+
+
 def origin_of(description: Description, name: str) -> Origin:
     """Return what a name says.
 
@@ -72,17 +83,12 @@ def origin_of(description: Description, name: str) -> Origin:
         ModelError: no such joint, or its rotation does not tell the angle.
         ArgumentError: no such component.
     """
-    places: dict[str, tuple[JointOrLoop, str, str]] = {
-        item.name: (item, "parent", "origin") for item in description.joints
-    }
-    for loop in description.loops:
-        for end in ("predecessor", "successor"):
-            places[f"{loop.name}.{end}"] = loop, end, f"{end}_origin"
+    places = places_of(description)
     joint, _, component = name.removeprefix(PREFIX).rpartition(".")
     if joint not in places:
         raise ModelError(f"{name!r}: joints are {choices(places, joint)}", name=joint)
-    if component not in _PLACED:
-        raise ArgumentError(f"{name!r}: name a component: {choices(_PLACED)}")
+    if component not in COMPONENTS:
+        raise ArgumentError(f"{name!r}: name a component: {choices(COMPONENTS)}")
     item, carrier, field = places[joint]
     rotation = getattr(item, field)[:3, :3]
     across = np.array([-rotation[1, 0], rotation[0, 0], 0.0])

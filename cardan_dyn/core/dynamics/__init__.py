@@ -9,6 +9,9 @@ errors); what fails goes to a second tape with another order of elimination. Whe
 sample has a tape of the order that is chosen at itself. What elements exert follows from a tape of
 the motion alone. All are proven alike.
 
+By `parameters`, closed samples are `differentiated` where they are traced, forwards for all results
+or backwards for a weighted sum; a `pushing` tells how what elements exert changes.
+
 What is simulated has programs as well, for one state after the other: a `chain_tape` gives rates of
 a chain's state, and what closes its loops; an `open_tree` energies, and efforts without loops.
 """

@@ -1,280 +1,286 @@
 """Differentiated: how what is found of samples changes with numbers that were given, exactly.
 
-The equations of a sample are differentiated where they are traced. At closed coordinates x their
-step of Newton's method ends at x - J⁻¹ Φ(x, p), and its derivative with x kept is -J⁻¹ ∂Φ/∂p, that
-of the implicit function Φ(x, p) = 0; rates, accelerations and forces follow by the chain rule.
+The equations of a closed sample are differentiated where they are traced. Forwards, coordinates x
+change by -J⁻¹ ∂Φ/∂p, as the implicit function Φ(x, p) = 0 says; rates, accelerations and forces
+follow by the chain rule. Backwards, weights of results become those of coordinates, these by J⁻ᵀ
+those of closure errors, and all together those of the numbers that were given.
 """
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from itertools import chain
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from ...kit.arrays import EPS, Array
-from ...kit.differences import slope
-from ...kit.errors import ModelError
-from ..elements.element import Element
-from ..elements.element_forces import Acted, ElementForces
+from ...kit.arrays import Array
+from ...kit.threads import in_turn
 from ..elements.link_loads import LinkLoad
-from ..mechanics import closure
+from ..kinematics.tolerances import REGULAR_CONDITION
 from ..mechanics.bodies import Mass, Tree
-from ..mechanics.elimination import Order, UnsuitableError
-from ..mechanics.placements import placed
+from ..mechanics.elimination import THRESHOLD, Order, UnsuitableError
+from ..mechanics.placements import moved, moving
+from ..mechanics.reactions import momentum_rates
+from ..mechanics.sample import LinkForce, Position, Solved, solved_at
+from ..mechanics.vectors import ZERO, times
 from ..mechanism.mechanism import Mechanism
-from ..tape import Program, Scalar, Trace, Variable, tangents
-from .inverse_dynamics import Inputs
-from .tape import Equations, Found, Kind, LinkKind, Prescribed, Tape
+from ..proof.derived import derived_errors
+from ..tape import (
+    Program,
+    Scalar,
+    Trace,
+    Variable,
+    absolute,
+    greater,
+    is_zero,
+    pulled,
+    tangents,
+)
+from .inverse_dynamics import Inputs, JointRates
+from .parameters import (
+    OfColumn,
+    OfDescription,
+    OfElement,
+    OfMass,
+    OfOrigin,
+    OfRow,
+    Parameter,
+)
+from .problem_solver import ProblemSolver
+from .pushing import Pushing
+from .tape import Equations, Kind, LinkKind, Prescribed, Tape
 from .taped import MOST_TAPES, TapedSolver, vectors
 
-_TOLD = Found._fields.index("x") - Found._fields.index("failure")
-"""Rows in which a tape tells of itself."""
-_BLOCK = 1024
-"""Samples that are differentiated at a time, so that memory is bounded."""
 
-
-@dataclass(frozen=True)
-class Parameter:
-    """A number by which samples are differentiated.
+class Part(NamedTuple):
+    """Samples that one tape differentiates.
 
     Attributes:
-        name: as it was asked for.
+        results: `(k, n)` of a run.
+        columns: of it that hold; all if None.
+        samples: which samples these are, likewise.
     """
 
-    name: str
+    results: Array
+    columns: Array | None = None
+    samples: Array | None = None
 
-
-@dataclass(frozen=True)
-class OfColumn(Parameter):
-    """A driven or held coordinate [rad or m], by its column."""
-
-    column: int
-
-
-@dataclass(frozen=True)
-class OfRow(Parameter):
-    """A number among what is prescribed, by its row in `Prescribed`."""
-
-    row: int
-
-
-@dataclass(frozen=True)
-class OfMass(Parameter):
-    """Mass, centre or inertia of a link.
-
-    Attributes:
-        link: its name.
-        body: index of the body that carries the link.
-        adds: returns the masses that a change adds, by the change and the unit of length.
-    """
-
-    link: str
-    body: int
-    adds: Callable[[Scalar, float], tuple[Mass, ...]]
-
-
-@dataclass(frozen=True)
-class OfOrigin(Parameter):
-    """A length or an angle in the placement of a joint.
-
-    Attributes:
-        displaced: returns the mechanism in which it is greater by some amount [m or rad].
-        unit: amount that changes a mechanism by about its own size.
-        nodes, weights: amounts, and the sum of weighted numbers there that is the derivative of all
-            numbers of a tree: of polynomials of second degree in a length, of trigonometric ones
-            in an angle, which products of two rotations are.
-    """
-
-    displaced: Callable[[float], Mechanism]
-    unit: float
-    nodes: tuple[float, ...]
-    weights: tuple[float, ...]
-
-    @classmethod
-    def of_length(cls, name: str, displaced: Callable[[float], Mechanism], far: float) -> OfOrigin:
-        """Return one of a length, whose numbers are compared at places that far away [m]."""
-        return cls(name, displaced, far, (far, -far), (0.5 / far, -0.5 / far))
-
-    @classmethod
-    def of_angle(cls, name: str, displaced: Callable[[float], Mechanism]) -> OfOrigin:
-        """Return one of an angle."""
-        nodes = tuple(np.pi / 4.0 * k for k in (1, 3, -3, -1))
-        weights = tuple(
-            sign / (8.0 * np.sin(node / 2.0) ** 2)
-            for sign, node in zip((1.0, -1.0, 1.0, -1.0), nodes, strict=True)
-        )
-        return cls(name, displaced, 1.0, nodes, weights)
-
-    def slopes(
-        self, numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]]
-    ) -> tuple[Any, Any]:
-        """Return the derivatives of all numbers of a tree and of links, in their structure.
-
-        Args:
-            numbers_at: returns those of a mechanism.
-
-        Raises:
-            ModelError: the tree has numbers of other kinds.
-        """
-        numbers = [numbers_at(self.displaced(node)) for node in self.nodes]
-        tree = numbers[0][0]
-        if tree.spins or tree.gears:
-            raise ModelError(
-                f"{self.name}: the lines of idle rods and the teeth of gears depend on it, of "
-                "which derivatives are not known; of gears, couple them by forces='none'; of rods, "
-                "drive or hold their spins"
-            )
-        of_tree, of_links = _slope(numbers, self.weights)
-        return of_tree, of_links
-
-
-def _slope(values: Sequence[Any], weights: Sequence[float]) -> Any:
-    """Return a weighted sum of numbers in nested tuples and arrays; 0.0 where rounding is left."""
-    first = values[0]
-    if isinstance(first, tuple):
-        return tuple(_slope(items, weights) for items in zip(*values, strict=True))
-    if isinstance(first, np.ndarray):
-        return _slope([tuple(value.tolist()) for value in values], weights)
-    if isinstance(first, list):
-        return _slope([tuple(value) for value in values], weights)
-    if not isinstance(first, float):
-        return 0.0
-    terms = [value * weight for value, weight in zip(values, weights, strict=True)]
-    result = sum(terms)
-    return result if abs(result) > 4.0 * EPS * sum(map(abs, terms)) else 0.0
-
-
-def _moved(value: Any, slope: Any, change: Scalar) -> Any:
-    """Return numbers in nested tuples and arrays, which change by some times their slopes."""
-    if isinstance(value, tuple):
-        items = [_moved(*pair, change) for pair in zip(value, slope, strict=True)]
-        return type(value)(*items) if hasattr(value, "_fields") else tuple(items)
-    if isinstance(value, np.ndarray):
-        if not np.any(slope):
-            return value
-        return np.array(_moved(tuple(map(tuple, value.tolist())), slope, change), dtype=object)
-    return value + change * slope if slope else value
-
-
-@dataclass(frozen=True)
-class OfElement(Parameter):
-    """A number of an element, in which what it exerts is linear.
-
-    Attributes:
-        element: its index.
-        ends: elements in its place whose numbers differ by `step`.
-    """
-
-    element: int
-    ends: tuple[Element, Element]
-    step: float
-
-
-class _Pushing(NamedTuple):
-    """What elements exert at samples.
-
-    Attributes:
-        mechanism: on which.
-        elements: all of them.
-        x, v: `(n, size)` and `(n, nv)` of the samples; angles count whole turns.
-        time: `(n,)` or `(1,)`.
-        units: `(size,)` and `(nv,)` of coordinates and velocities: the length for slides, else 1.
-    """
-
-    mechanism: Mechanism
-    elements: tuple[Element, ...]
-    x: Array
-    v: Array
-    time: Array
-    units: tuple[Array, Array]
-
-    def acted(self) -> Acted:
-        """Return what they exert."""
-        return ElementForces(self.mechanism, self.elements).at(self.x, self.v, self.time)
-
-    def rows(self) -> Array:
-        """Return it as rows `(k, n)`, in the order of `Prescribed`: efforts, wrenches on links."""
-        acted = self.acted()
-        every = [acted.efforts]
-        every += [part for wrench in acted.wrenches for part in (wrench.force, wrench.moment)]
-        count = len(acted.efforts)
-        return np.concatenate([np.broadcast_to(part, (count, part.shape[1])).T for part in every])
-
-    def change(self, parameter: Parameter, x: Array, v: Array) -> Array:
-        """Return how the rows change with a parameter.
-
-        Args:
-            parameter: which.
-            x: how coordinates change with it.
-            v: how velocities do.
-        """
-        # In units of what the farthest goes.
-        fastest = np.maximum(1.0, np.abs(self.v / self.units[1]).max(axis=1, initial=0.0))
-        ways = np.abs(x / self.units[0]).max(axis=1, initial=0.0)
-        far = np.maximum(ways, np.abs(v / self.units[1]).max(axis=1, initial=0.0) / fastest)
-        if isinstance(parameter, OfOrigin):
-            far[:] = np.max(far, initial=1.0 / parameter.unit)
-        far[far == 0.0] = 1.0
-
-        def moved(at: float) -> Array:
-            by = (at / far)[:, None]
-            result = self._replace(x=self.x + by * x, v=self.v + by * v)
-            if isinstance(parameter, OfOrigin):
-                result = result._replace(mechanism=parameter.displaced(at / float(far[0])))
-            return result.rows()
-
-        moves = np.any(x) or np.any(v) or isinstance(parameter, OfOrigin)
-        change = slope(moved) * far if moves else np.zeros_like(self.rows())
-        if isinstance(parameter, OfElement):
-            more, less = (self._with(parameter.element, end) for end in parameter.ends)
-            change += (more.rows() - less.rows()) / parameter.step
-        return change
-
-    def _with(self, index: int, element: Element) -> _Pushing:
-        """Return it with another element in place of one."""
-        return self._replace(
-            elements=(*self.elements[:index], element, *self.elements[index + 1 :])
-        )
+    def put(self, values: Array, rows: Array, places: Array) -> None:
+        """Write rows of the results into places of values `(…, N)`."""
+        if self.columns is None or self.samples is None:
+            values[places] = self.results[rows]
+        else:
+            values[places[:, None], self.samples] = self.results[rows[:, None], self.columns]
 
 
 class Change(NamedTuple):
-    """How what was found of N samples changes with a parameter, per its unit.
+    """How what is found of N samples changes with a parameter, per its unit.
 
     Attributes:
-        x: `(N, size)` coordinates.
-        v, a: `(N, nv)` velocities and accelerations.
-        ratios: `(N, nv d)` velocity ratios.
-        wrenches: `(N, 6 b)`.
-        efforts: `(N, nv)` what drives and held joints exert.
-        couplings: `(N, G)` moments.
-        opened: `(N,)` rate at which closure errors grow, in units of the mechanism.
+        equations: whose results these are of.
+        samples: N.
+        parts: of samples, and for each row of what is found the row of results that is how it
+            changes, -1 where it does not.
+        opened: greatest rate at which closure errors grow, in units of the mechanism.
+        farthest: greatest rate of what loops decide, likewise.
     """
 
-    x: Array
-    v: Array
-    a: Array
-    ratios: Array
-    wrenches: Array
-    efforts: Array
-    couplings: Array
-    opened: Array
+    equations: Equations
+    samples: int
+    parts: Sequence[tuple[Part, Array]]
+    opened: float
+    farthest: float
+
+    def of(self, field: str, columns: Any = slice(None)) -> Array:
+        """Return changes of a field of `Found`, of some of its columns `(N, …)`."""
+        wanted = np.arange(self.equations.outputs)[self.equations.place(field)][columns]
+        result = np.zeros((len(wanted), self.samples))
+        for part, rows in self.parts:
+            (places,) = np.nonzero(rows[wanted] >= 0)
+            part.put(result, rows[wanted[places]], places)
+        return result.T
 
 
-class _Differentiated(Tape):
-    """A tape that finds how all that the equations find changes with some parameters."""
+class Pattern(NamedTuple):
+    """What of a sample may change.
+
+    Attributes:
+        parameters: with which numbers.
+        seeded: rows of `Prescribed` that change besides, with what elements exert.
+        weighted: rows of results that are weighted, where derivatives are found backwards.
+        numbers_at: returns the tree, and the links that wrenches act on, of a mechanism in which
+            joints lie elsewhere.
+    """
+
+    parameters: Sequence[Parameter]
+    seeded: Sequence[int]
+    weighted: Sequence[int]
+    numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]]
+
+
+class _Closed:
+    """A closed sample in a trace, and inputs with which it changes.
+
+    Attributes:
+        of: what changes.
+        zeros: number of inputs before those of a tape, all of them zero: changes of lengths, angles
+            and masses, and wrenches on bodies in place of what changes of masses exert.
+        found: what is found, in the order of `Found`.
+        unstable: above 1 where the order of elimination does not serve.
+    """
+
+    def __init__(self, tape: _Derivatives, trace: Trace, of: Pattern) -> None:
+        """Trace a sample of the equations of a tape, which become those of what changes."""
+        self.trace, self.of = trace, of
+        equations = tape.equations
+        tree, links, roles = equations.tree, equations.links, equations.roles
+        self._changes = [trace.input(f"p{k}", 0.0, uniform=True) for k in range(len(of.parameters))]
+        massive: dict[int, list[tuple[Mass, ...]]] = {}
+        for k, item in enumerate(of.parameters):
+            if isinstance(item, OfOrigin):
+                tree, links = item.moved(tree, links, self._changes[k], of.numbers_at)
+            elif isinstance(item, OfMass) and item.body >= 0:
+                added = item.adds(self._changes[k], tree.length)
+                massive.setdefault(item.body, []).append(added)
+        self._pushed = {
+            body: [trace.input(f"z{body}.{k}", 0.0, uniform=True) for k in range(6)]
+            for body in massive
+        }
+        self.zeros = len(trace.inputs)
+        tape.equations = equations.on(tree, links)
+        given, x, _ = tape.traced(trace)
+        self._given, self._tree = given, tree
+        self._units = tree.coordinate_units(len(x)).tolist()
+        pushes = [
+            LinkForce(body, None, ZERO, tuple(row[:3]), tuple(row[3:]))
+            for body, row in self._pushed.items()
+        ]
+        self._position = Position.of(tree, roles, given.x, given.offsets, tape.order)
+        loaded = given._replace(link_forces=[*given.link_forces, *pushes])
+        solved = solved_at(self._position, tree, roles, loaded)
+        self.found = tape.equations.quantities(solved, x)
+        self.unstable = greater(solved.growth * THRESHOLD, solved.narrowness / REGULAR_CONDITION)
+        passives = set(roles.passives)
+        self._passives = [body for body in tree.bodies if passives.issuperset(body.rates)]
+        count, spins = len(self._position.errors), len(tree.spins)
+        # Rods turn back once the loops are closed, as bodies at their ends turn them.
+        self._rows = [range(count - spins), range(count - spins, count)][: 2 if spins else 1]
+        self._exerted = self._by_masses(massive, solved) if massive else {}
+
+    def _by_masses(
+        self, massive: Mapping[int, Sequence[tuple[Mass, ...]]], solved: Solved
+    ) -> dict[int, list[Scalar]]:
+        """Return body to what moves changes of its masses: force and moment about its frame."""
+        tree, given = self._tree, self._given
+        bodies = [body._replace(masses=()) for body in tree.bodies]
+        for index, own in massive.items():
+            bodies[index] = bodies[index]._replace(masses=tuple(chain.from_iterable(own)))
+        at = self._position.at
+        motion = moving(tree, at, solved.v, solved.a, times(given.gravity, -1.0))
+        carried = momentum_rates(tree._replace(bodies=tuple(bodies)), at, motion, {})
+        return {body: [*carried.forces[body], *carried.moments[body]] for body in massive}
+
+    def tangents(self, k: int) -> tuple[list[Scalar], list[Scalar], Scalar]:
+        """Return how fast what is found changes with a parameter (index).
+
+        Returns:
+            Rates of all that is found, those of closure errors, and the greatest of coordinates.
+        """
+        item, inputs = self.of.parameters[k], self.trace.inputs
+        seeds: dict[Variable, Scalar] = {
+            inputs[f"r{row}"]: self.trace.input(f"s{k}.{row}", 1.0) for row in self.of.seeded
+        }
+        own = self._own(k)
+        if isinstance(item, OfMass) and item.body in self._exerted:
+            changes = tangents(self._exerted[item.body], {own: -self._factor(item)})
+            seeds |= dict(zip(self._pushed[item.body], changes, strict=True))
+        else:
+            seeds[own] = seeds.get(own, 0.0) + 1.0
+        errors, farthest = self._position.errors, 0.0
+        for rows in self._rows:
+            opening = tangents([errors[row] for row in rows], seeds)
+            right = [0.0] * len(errors)
+            for row, rate in zip(rows, opening, strict=True):
+                right[row] = -rate
+            step = self._position.factors.solve(right)
+            for body in self._passives:
+                for column, rate in moved(body, self._given.x, step).items():
+                    x = inputs[f"x{column}"]
+                    seeds[x] = seeds.get(x, 0.0) + rate * self._units[column]
+                    farthest = greater(farthest, absolute(rate))
+        return tangents(self.found, seeds), tangents(errors, seeds), farthest
+
+    def pulled(self, weights: Sequence[Scalar]) -> tuple[list[Scalar], list[Scalar]]:
+        """Return how fast a weighted sum of what is found changes.
+
+        Args:
+            weights: one for each of what is found.
+
+        Returns:
+            Its derivatives by parameters, then by seeded rows; and for each parameter, the greatest
+            rate at which closure errors grow.
+        """
+        inputs, of, errors = self.trace.inputs, self.of, self._position.errors
+        passives = [inputs[f"x{column}"] for body in self._passives for column in body.columns]
+        pushes = [push for row in self._pushed.values() for push in row]
+        own = [self._own(k) for k in range(len(of.parameters))]
+        every = [*own, *[inputs[f"r{row}"] for row in of.seeded], *passives]
+        slopes = pulled(self.found, weights, [*every, *pushes])
+        slopes, exerted = slopes[: len(every)], slopes[len(every) :]
+        for rows in reversed(self._rows):
+            by = dict(zip(every, slopes, strict=True))
+            acting: dict[int, Scalar] = {}
+            for body in self._passives:
+                for rate in body.rates:
+                    unit = {other: float(other == rate) for other in body.rates}
+                    acting[rate] = 0.0
+                    for column, way in moved(body, self._given.x, unit).items():
+                        slope = by[inputs[f"x{column}"]] * self._units[column]
+                        acting[rate] = acting[rate] + slope * way
+            multipliers = self._position.factors.solve_transposed(acting)
+            kept = [-multipliers.get(row, 0.0) for row in rows]
+            more = pulled([errors[row] for row in rows], kept, every)
+            slopes = [slope + other for slope, other in zip(slopes, more, strict=True)]
+        by_masses = pulled(
+            [value for row in self._exerted.values() for value in row],
+            [-value for value in exerted],
+            self._changes,
+        )
+        for k, item in enumerate(of.parameters):
+            if isinstance(item, OfMass):
+                slopes[k] = by_masses[k] * self._factor(item)
+        opened: list[Scalar] = [0.0] * len(own)
+        for row in self._position.factors.redundant:
+            multipliers = self._position.factors.dependence(row)
+            kept = [multipliers.get(k, 0.0) for k in range(len(errors))]
+            rates = pulled(errors, kept, own)
+            opened = [
+                greater(most, absolute(rate)) for most, rate in zip(opened, rates, strict=True)
+            ]
+        return slopes[: len(own) + len(of.seeded)], opened
+
+    def _own(self, k: int) -> Variable:
+        """Return the input that a parameter (index) is."""
+        item = self.of.parameters[k]
+        if isinstance(item, OfColumn):
+            return self.trace.inputs[f"x{item.column}"]
+        if isinstance(item, OfRow):
+            return self.trace.inputs[f"r{item.row}"]
+        return self._changes[k]
+
+    def _factor(self, item: OfMass) -> Scalar:
+        return self._given.factors.get(item.link, 1.0)
+
+
+class _Derivatives(Tape):
+    """A tape that finds derivatives of closed samples by some parameters."""
 
     def __init__(
-        self,
-        equations: Equations,
-        order: Order,
-        shadows: Array,
-        acting: Array,
-        parameters: Sequence[Parameter],
-        seeded: Sequence[int],
-        numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]],
+        self, equations: Equations, order: Order, shadows: Array, acting: Array, of: Pattern
     ) -> None:
         """Trace the derivatives.
 
@@ -283,188 +289,110 @@ class _Differentiated(Tape):
             order: of the elimination.
             shadows: see `Tape`.
             acting: see `Tape`.
-            parameters: by which results are differentiated.
-            seeded: rows that change with every parameter, as runs say.
-            numbers_at: returns the tree, and the links that wrenches act on, of a mechanism in
-                which joints lie elsewhere.
+            of: what changes.
         """
-        self._order, self.acting, self._shadows = order, acting, shadows
-        rounding = equations.rounding(dict(enumerate(shadows)))
+        self.equations, self.order, self.acting, self._shadows = equations, order, acting, shadows
+        in_turn()
         with Trace() as trace:
-            changes = [trace.input(f"p{k}", 0.0, uniform=True) for k in range(len(parameters))]
-            tree, links = _changed(equations, parameters, changes, numbers_at)
-            self._equations, self._count = equations.on(tree, links), len(parameters)
-            given, x, left_out = self._traced(trace)
-            outputs = self._equations.results(given, x, order, left_out, rounding)
-            judged, found = outputs[:_TOLD], outputs[_TOLD:]
-            units = tree.coordinate_units(len(x))
-            in_units = {c: found[c] * (1.0 / unit) for c, unit in enumerate(units.tolist())}
-            errors, _ = closure.errors(tree, placed(tree, in_units), given.offsets)
-            every: list[Scalar] = list(judged)
-            for k, parameter in enumerate(parameters):
-                seeds: dict[Variable, Scalar] = {}
-                for row in seeded:
-                    seeds[trace.inputs[f"r{row}"]] = trace.input(f"s{k}.{row}", 1.0)
-                if isinstance(parameter, OfColumn):
-                    if tree.spins:  # Rates of a spin are not those of its position.
-                        raise ModelError(
-                            f"{parameter.name}: idle rods turn about their lines with it, of which "
-                            "derivatives are not known; drive or hold their spins, or give one "
-                            "ball of each the type universal"
-                        )
-                    seeds[trace.inputs[f"x{parameter.column}"]] = 1.0
-                elif isinstance(parameter, OfRow):
-                    own = trace.inputs[f"r{parameter.row}"]
-                    seeds[own] = seeds.get(own, 0.0) + 1.0
-                elif isinstance(parameter, OfOrigin):
-                    seeds[changes[k]] = 1.0
-                elif isinstance(parameter, OfMass):
-                    seeds[changes[k]] = given.factors.get(parameter.link, 1.0)
-                every += tangents([*found, *errors], seeds)
-            self._errors = len(errors)
-            self._program = Program(trace, every, keeps_inputs=True)
+            sample = _Closed(self, trace, of)
+            self._zeros = np.zeros((sample.zeros, 1))
+            self._program = Program(
+                trace, [sample.unstable, *self._written(sample)], keeps_inputs=True
+            )
 
-    def differentiated(
-        self, rows: Prescribed, x: Array, seeds: Sequence[Array]
-    ) -> tuple[list[Change], Array]:
-        """Return changes with each parameter, and how unstable the elimination is, see `Found`.
+    @abstractmethod
+    def _written(self, sample: _Closed) -> list[Scalar]:
+        """Return derivatives of a sample."""
+
+    def derivatives(
+        self, rows: Prescribed, x: Array, others: Sequence[Array]
+    ) -> tuple[Array, Array]:
+        """Return derivatives of n samples `(k, n)`, and where they hold `(n,)`.
 
         Args:
             rows: what is given.
             x: `(size, n)` closed coordinates.
-            seeds: per parameter `(k, n)` or `(k, 1)` how the seeded rows change.
+            others: inputs that derivatives take besides, `(k, n)` or `(k, 1)`.
         """
-        count = x.shape[1]
-        given = [np.zeros((self._count, 1)), *self._with_x(rows, x), *seeds]
-        results = self._program.run_rows(given, count)
-        changes = []
-        for own in results[_TOLD:].reshape(self._count, -1, count):
-            end = len(own) - self._errors
-            found = self._equations.found(np.concatenate([results[:_TOLD], own[:end]]))
-            opened = np.abs(own[end:]).max(axis=0, initial=0.0)
-            changes.append(
-                Change(
-                    *(found.x, found.v, found.a, found.ratios),
-                    *(found.wrenches, found.efforts, found.couplings),
-                    opened,
-                )
-            )
-        return changes, self._equations.found(results).instability
+        given = [self._zeros, *self.with_x(rows, x), *others]
+        results = self._program.run_rows(given, x.shape[1])
+        return results[1:], results[0] <= 1.0
 
 
-def _changed(
-    equations: Equations,
-    parameters: Sequence[Parameter],
-    changes: Sequence[Variable],
-    numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]],
-) -> tuple[Tree, tuple[LinkKind, ...]]:
-    """Return a tree and links whose numbers change with parameters; see `_Differentiated`."""
-    tree, links = equations.tree, equations.links
-    for parameter, change in zip(parameters, changes, strict=True):
-        if isinstance(parameter, OfMass) and parameter.body >= 0:
-            bodies = list(tree.bodies)
-            body = bodies[parameter.body]
-            more = parameter.adds(change, tree.length)
-            bodies[parameter.body] = body._replace(masses=(*body.masses, *more))
-            tree = tree._replace(bodies=tuple(bodies))
-    for parameter, change in zip(parameters, changes, strict=True):
-        if isinstance(parameter, OfOrigin):
-            of_tree, of_links = parameter.slopes(numbers_at)
-            tree, links = _displaced(tree, of_tree, change), _moved(links, of_links, change)
-    return tree, links
+class _Forwards(_Derivatives):
+    """By each parameter.
 
-
-def _displaced(tree: Tree, slopes: Any, change: Scalar) -> Tree:
-    """Return a tree that changes by some times slopes of it, which know less masses."""
-    of = Tree(*slopes)
-    bodies = []
-    for body, of_body in zip(tree.bodies, of.bodies, strict=True):
-        masses = body.masses[: len(of_body[-1])]
-        moved = _moved(body._replace(masses=masses), of_body, change)
-        bodies.append(moved._replace(masses=(*moved.masses, *body.masses[len(masses) :])))
-    return tree._replace(
-        axes=_moved(tree.axes, of.axes, change),
-        bodies=tuple(bodies),
-        loops=_moved(tree.loops, of.loops, change),
-    )
-
-
-def changes_of(
-    taped: TapedSolver,
-    x: Array,
-    v: Array,
-    inputs: Inputs,
-    parameters: Sequence[Parameter],
-) -> list[Change]:
-    """Return how samples change with each parameter.
-
-    Args:
-        taped: solves them.
-        x: `(N, size)` closed coordinates.
-        v: `(N, nv)` their velocities.
-        inputs: what is prescribed.
-        parameters: some.
+    Attributes:
+        places: of each, rows of results that are the greatest rates of closure errors and of
+            coordinates, and those of all that is found; -1 for zeros.
     """
-    blocks = []
-    for start in range(0, len(x), _BLOCK):
-        own = np.arange(start, min(start + _BLOCK, len(x)))
-        blocks.append(_changes(taped, x[own], v[own], inputs.of_samples(own), parameters))
-    return [
-        Change._make(map(np.concatenate, zip(*parts, strict=True)))
-        for parts in zip(*blocks, strict=True)
-    ]
+
+    places: list[tuple[Array, Array]]
+
+    def _written(self, sample: _Closed) -> list[Scalar]:
+        outputs: dict[Scalar, int] = {}
+
+        def placed(values: Sequence[Scalar]) -> Array:
+            """Return where values are written, -1 for those that are zero."""
+            places = [
+                -1 if is_zero(value) else outputs.setdefault(value, len(outputs))
+                for value in values
+            ]
+            return np.array(places)
+
+        self.places = []
+        for k in range(len(sample.of.parameters)):
+            found, errors, farthest = sample.tangents(k)
+            opened: Scalar = 0.0
+            for error in errors:
+                opened = greater(opened, absolute(error))
+            self.places.append((placed([opened, farthest]), placed(found)))
+        return list(outputs)
 
 
-def _changes(
-    taped: TapedSolver, x: Array, v: Array, inputs: Inputs, parameters: Sequence[Parameter]
-) -> list[Change]:
-    """Return the changes of a block; arguments as of `changes_of`."""
-    problem, mechanism = taped.problem, taped.problem.mechanism
-    links = [(name, load) for name, load in inputs.link_loads.items() if load.body >= 0]
-    nothing: list[dict[int, Array]] = [{} for _ in parameters]
-    if not problem.elements:
-        return _Samples(taped, x, inputs, links).changes(parameters, nothing)
-    coordinates = mechanism.coordinates
-    units = 1.0 / coordinates.scale, coordinates.rate_scale
-    turned = x + 2.0 * np.pi * inputs.turns
-    pushing = _Pushing(mechanism, problem.elements, turned, v, inputs.time, units)
-    acted = pushing.acted()
-    loaded = inputs._replace(loads=inputs.loads + acted.efforts)
-    names = [wrench.link for wrench in acted.wrenches]
-    pushed = list(zip(names, acted.link_loads(mechanism), strict=True))
-    samples = _Samples(taped, x, loaded, [*links, *pushed])
-    moved = zip(parameters, samples.changes(parameters, nothing), strict=True)
-    every = np.array([pushing.change(parameter, of.x, of.v) for parameter, of in moved])
-    efforts = samples.first_effort + np.arange(mechanism.model.nv)
-    exerted = efforts[-1] + 1 + 6 * len(links) + np.arange(6 * len(pushed))
-    rows = [*efforts, *exerted]
-    acting = np.flatnonzero(every.any(axis=(0, 2)))
-    return samples.changes(parameters, [{int(rows[k]): own[k] for k in acting} for own in every])
+class _Backwards(_Derivatives):
+    """Of weighted results: by parameters, by rows that elements act in, and how loops open."""
+
+    def _written(self, sample: _Closed) -> list[Scalar]:
+        weights: list[Scalar] = [0.0] * len(sample.found)
+        for place in sample.of.weighted:
+            weights[place] = sample.trace.input(f"w{place}", 1.0)
+        return [value for part in sample.pulled(weights) for value in part]
 
 
-class _Samples:
+_Tape = TypeVar("_Tape", bound=_Derivatives)
+
+
+class Samples:
     """Closed samples and all that acts on them.
 
     Attributes:
+        equations: of these samples.
         first_effort: row of `Prescribed` in which efforts begin.
     """
 
     def __init__(
-        self, taped: TapedSolver, x: Array, inputs: Inputs, links: Sequence[tuple[str, LinkLoad]]
+        self,
+        taped: TapedSolver,
+        x: Array,
+        inputs: Inputs,
+        links: Sequence[tuple[str, LinkLoad]],
+        moves_alone: bool = False,
     ) -> None:
         """Keep them.
 
         Args:
             taped: solves them.
-            x: `(n, size)` coordinates.
+            x: `(N, size)` coordinates.
             inputs: what is prescribed.
             links: names of links, and all wrenches on them, what elements exert included.
+            moves_alone: whether the motion is wanted without forces.
         """
         self._taped, self._x = taped, np.ascontiguousarray(x.T)
-        self._inputs, self._links = inputs, links
+        self._inputs, self._links, self._moves_alone = inputs, links, moves_alone
         self._kind = self._kind_at(taped.problem.mechanism)
-        self._equations = taped.equations_of(self._kind)
-        offsets = taped.offsets(self._equations.tree, inputs.turns)
+        self.equations = taped.equations_of(self._kind)
+        offsets = taped.offsets(self.equations.tree, inputs.turns)
         loads = vectors([load for _, load in links])
         self._rows = Prescribed.of(inputs, loads, offsets, self._kind)
         self.first_effort = 2 * len(inputs.speeds[0]) + 3
@@ -475,7 +403,7 @@ class _Samples:
         for name, load in self._links:
             _, frame = mechanism.link_frame(name)
             loads.append(replace(load, rotation=frame.rotation, translation=frame.translation))
-        return self._taped.kind_of(self._inputs, loads, False)
+        return self._taped.kind_of(self._inputs, loads, self._moves_alone)
 
     def _numbers_at(self, mechanism: Mechanism) -> tuple[Tree, tuple[LinkKind, ...]]:
         """Return the tree of such a mechanism, and where links lie that wrenches act on."""
@@ -483,70 +411,240 @@ class _Samples:
         return tree, self._kind_at(mechanism).links
 
     def changes(
-        self, parameters: Sequence[Parameter], seeds: Sequence[Mapping[int, Array]]
+        self, parameters: Sequence[Parameter], seeds: Sequence[Mapping[int, Array]] = ()
     ) -> list[Change]:
         """Return how the samples change with each parameter.
 
         Args:
             parameters: some.
-            seeds: for each, rows of `Prescribed` to how they change with it besides, `(n,)`; the
+            seeds: for each, rows of `Prescribed` to how they change with it besides, `(N,)`; the
                 same rows for all.
         """
-        count = self._x.shape[1]
+        seeded = tuple(seeds[0]) if seeds else ()
+        others = [np.reshape([*of.values()], (-1, self._x.shape[1])) for of in seeds]
+        of = Pattern(parameters, seeded, (), self._numbers_at)
+        runs = self._runs(_Forwards, of, others)
+        changes = []
+        for k in range(len(parameters)):
+            told = np.zeros(2)
+            for tape, part in runs:
+                for index, row in enumerate(tape.places[k][0].tolist()):
+                    if row >= 0:
+                        told[index] = np.maximum(told[index], part.results[row].max(initial=0.0))
+            parts = [(part, tape.places[k][1]) for tape, part in runs]
+            changes.append(Change(self.equations, self._x.shape[1], parts, *told.tolist()))
+        return changes
+
+    def slopes(
+        self,
+        parameters: Sequence[Parameter],
+        weights: Mapping[int, Array],
+        seeded: Sequence[int] = (),
+    ) -> Array:
+        """Return derivatives of weighted results.
+
+        Args:
+            parameters: some.
+            weights: rows of results to their weights, `(N,)`.
+            seeded: rows of `Prescribed`.
+
+        Returns:
+            `(k, N)` derivatives by parameters, then by these rows, then for each parameter the rate
+            at which closure errors grow, in units of the mechanism.
+        """
+        of = Pattern(parameters, seeded, tuple(weights), self._numbers_at)
+        runs = self._runs(_Backwards, of, [np.reshape([*weights.values()], (-1, self._x.shape[1]))])
+        result = np.empty((len(runs[0][1].results), self._x.shape[1]))
+        for _, part in runs:
+            every = np.arange(len(result))
+            part.put(result, every, every)
+        return result
+
+    def _runs(
+        self, kind: type[_Tape], of: Pattern, others: Sequence[Array]
+    ) -> list[tuple[_Tape, Part]]:
+        """Return tapes, and what each finds of samples.
+
+        Args:
+            kind: of tapes.
+            of: what changes.
+            others: what they take besides.
+        """
+        count, kept = self._x.shape[1], self._taped.problem.mechanism.kept
         acting = self._rows.acting()
-        own = [item.row for item in parameters if isinstance(item, OfRow)]
-        acting[[*own, *seeds[0]]] = True
-        results: list[Change] | None = None
+        acting[[*of.seeded, *[item.row for item in of.parameters if isinstance(item, OfRow)]]] = (
+            True
+        )
+        names = tuple(item.name for item in of.parameters)
+        loaded = tuple(name for name, _ in self._links)
+        changing = names, loaded, tuple(of.seeded), tuple(of.weighted), acting.tobytes()
+        key = kind, self._taped.key, self._kind, *changing
+        runs: list[tuple[_Tape, Part]] = []
         left = np.arange(count)
-        for order, shadows, lanes in self._orders(left):
-            chosen = np.intersect1d(lanes, left)
+        for order, shadows, lanes, is_own in self._orders(left):
+            chosen = left if len(lanes) == count else left[np.isin(left, lanes)]
             if not len(chosen):
                 continue
-            key = self._taped.key, self._kind, tuple(order.places), shadows.tobytes()
-            names, seeded = tuple(item.name for item in parameters), tuple(seeds[0])
-            loaded = tuple(name for name, _ in self._links)
-            make = partial(
-                _Differentiated,
-                *(self._equations, order, shadows, acting, parameters, seeded),
-                numbers_at=self._numbers_at,
-            )
+            own = *key, tuple(order.places), shadows.tobytes()
+            make = partial(kind, self.equations, order, shadows, acting, of)
             try:
-                tape = self._taped.problem.mechanism.kept.of(
-                    "derivatives", (key, names, loaded, seeded, acting.tobytes()), make
-                )
+                tape = kept.of("derivatives", own, make)
             except UnsuitableError:
+                if is_own:
+                    raise
                 continue
-            of_lanes = [
-                np.reshape([values[chosen] for values in item.values()], (-1, len(chosen)))
-                for item in seeds
-            ]
-            rows, x = self._rows.of_lanes(chosen, count), self._x[:, chosen]
-            found, instability = tape.differentiated(rows, x, of_lanes)
-            holds = instability <= 1.0
             if len(chosen) == count:
-                results = found
+                results, holds = tape.derivatives(self._rows, self._x, others)
             else:
-                results = results or [
-                    Change(*(np.empty((count, *part.shape[1:])) for part in change))
-                    for change in found
-                ]
-                for result, change in zip(results, found, strict=True):
-                    for values, part in zip(result, change, strict=True):
-                        values[chosen] = part
-            left = np.setdiff1d(left, chosen[holds])
+                x, *more = _of_lanes(chosen, [self._x, *others], count)
+                results, holds = tape.derivatives(self._rows.of_lanes(chosen, count), x, more)
+            holds |= is_own
+            if len(chosen) == count and holds.all():
+                return [(tape, Part(results))]
+            (held,) = holds.nonzero()
+            runs.append((tape, Part(results, held, chosen[held])))
+            left = np.setdiff1d(left, chosen[held])
             if not len(left):
                 break
-        assert results is not None
-        return results
+        return runs
 
-    def _orders(self, samples: Array) -> Iterator[tuple[Order, Array, Array]]:
+    def _orders(self, samples: Array) -> Iterator[tuple[Order, Array, Array, bool]]:
         """Yield orders of elimination, where they were chosen, and samples that they may be for.
 
-        First those of all samples, at last those that are chosen at each sample itself.
+        First those of all samples, at last those that are chosen at each sample itself, which the
+        last number tells.
         """
         orders = self._taped.orders
         for index in range(MOST_TAPES):
             chosen = orders and orders.at(index)
             if chosen:
-                yield chosen.order, chosen.at, samples
-        yield from self._taped.orders_at(self._equations, self._x)
+                yield chosen.order, chosen.at, samples, False
+        for own in self._taped.orders_at(self.equations, self._x):
+            yield *own, True
+
+
+def _of_lanes(lanes: Array, parts: Sequence[Array], count: int) -> list[Array]:
+    """Return rows of some of so many samples."""
+    return [part[:, lanes] if part.shape[1] == count else part for part in parts]
+
+
+class Differentiated:
+    """Closed samples of a scene, differentiated with all that its elements exert."""
+
+    def __init__(self, solver: ProblemSolver, x: Array, v: Array, inputs: Inputs) -> None:
+        """Keep them.
+
+        Args:
+            solver: of the scene.
+            x: `(N, size)` closed coordinates.
+            v: `(N, nv)` their velocities.
+            inputs: what is prescribed.
+        """
+        mechanism, elements = solver.problem.mechanism, solver.problem.elements
+        taped = solver.taped
+        self._solver, self._x, self._inputs = solver, x, inputs
+        links = [(name, load) for name, load in inputs.link_loads.items() if load.body >= 0]
+        self._pushing: Pushing | None = None
+        if elements:
+            self._moving = Samples(taped, x, inputs, links, moves_alone=True)
+            turned = x + 2.0 * np.pi * inputs.turns
+            self._pushing = Pushing(mechanism, elements, turned, v, inputs.time)
+            acted = self._pushing.acted()
+            first = 6 * len(links) + mechanism.model.nv
+            inputs = inputs._replace(loads=inputs.loads + acted.efforts)
+            names = [wrench.link for wrench in acted.wrenches]
+            links = [*links, *zip(names, acted.link_loads(mechanism), strict=True)]
+            own = [*range(mechanism.model.nv), *range(first, first + 6 * len(names))]
+        self._samples = Samples(taped, x, inputs, links)
+        if elements:
+            self._exerted = [self._samples.first_effort + row for row in own]
+
+    def row(self, field: str, column: int) -> int:
+        """Return which row of results a column of a field of `Found` is, for `slopes`."""
+        place = self._samples.equations.place(field)
+        return range(place.start, place.stop)[column]
+
+    def changes(self, parameters: Sequence[Parameter]) -> list[Change]:
+        """Return how the samples change with each parameter."""
+        if self._pushing is None:
+            return self._samples.changes(parameters)
+        moved = zip(parameters, self._moving.changes(parameters), strict=True)
+        every = np.array([self._pushing.change(item, of.of("x"), of.of("v")) for item, of in moved])
+        acting = np.flatnonzero(every.any(axis=(0, 2)))
+        return self._samples.changes(
+            parameters, [{self._exerted[k]: own[k] for k in acting} for own in every]
+        )
+
+    def slopes(
+        self, parameters: Sequence[Parameter], weights: Mapping[int, Array]
+    ) -> tuple[Array, Array]:
+        """Return derivatives of a weighted sum of results over all samples.
+
+        Args:
+            parameters: some.
+            weights: rows of results, see `Found`, to their weights, `(N,)`.
+
+        Returns:
+            `(k,)` derivatives, and for each the greatest rate at which closure errors grow.
+        """
+        more = np.zeros(len(parameters))
+        if self._pushing is not None:
+            acting = self._samples.slopes((), weights, self._exerted)
+            weights = dict(weights)
+            still = [np.zeros_like(part) for part in (self._pushing.x, self._pushing.v)]
+            for field, values in zip(("x", "v"), still, strict=True):
+                for column in range(values.shape[1]):
+                    values[:, column] = 1.0
+                    own = (acting * self._pushing.change(None, *still)).sum(axis=0)
+                    values[:, column] = 0.0
+                    if own.any():
+                        row = self.row(field, column)
+                        weights[row] = weights.get(row, 0.0) + own
+            for k, item in enumerate(parameters):
+                if isinstance(item, OfOrigin | OfElement):
+                    more[k] = np.sum(acting * self._pushing.change(item, *still))
+        slopes = self._samples.slopes(parameters, weights)
+        opened = slopes[len(parameters) :].max(axis=1, initial=0.0)
+        return slopes[: len(parameters)].sum(axis=1) + more, opened
+
+    def residuals(self, parameter: Parameter, change: Change) -> tuple[float, float]:
+        """Return how fast loops open and bodies lose balance, by the proof; see `Derivative`.
+
+        Args:
+            parameter: by which the samples are differentiated.
+            change: what was found of it.
+        """
+        solver, x, inputs = self._solver, self._x, self._inputs
+        problem, dynamics = solver.problem, solver.inverse_dynamics
+        mechanism, kinematics = problem.mechanism, solver.assembly.kinematics
+        found = solver.taped.found(x, inputs, lambda samples: kinematics.evaluate(x[samples]))[0]
+        if isinstance(parameter, OfColumn):
+            columns = mechanism.coordinates.columns_of([*problem.independent, *problem.held])
+            changed = inputs.changed(prescribed=columns.index(parameter.column))
+        else:
+            changed = inputs.changed(parameter.row if isinstance(parameter, OfRow) else -1)
+        claims = []
+        for own, read in (inputs, partial(getattr, found)), (changed, change.of):
+            v = read("v")
+            rates = JointRates(read("ratios").reshape(*v.shape, -1), v, read("a"))
+            wrenches = read("wrenches").reshape(len(x), -1, 6)
+            of_joints = wrenches, read("efforts"), read("couplings")
+            claims.append(dynamics.claim(read("x"), own, rates, *of_joints))
+        claim, rate = claims
+        others = []
+        if isinstance(parameter, OfDescription):
+            for node, weight in zip(parameter.nodes, parameter.weights, strict=True):
+                described = parameter.changed(mechanism.second_reading, node)
+                others.append((dynamics.bodies_of(described, problem.elements), weight))
+        elif isinstance(parameter, OfElement):
+            for end, sign in zip(parameter.ends, (1.0, -1.0), strict=True):
+                elements = parameter.among(problem.elements, end)
+                bodies = dynamics.bodies_of(mechanism.second_reading, elements)
+                others.append((bodies, sign / parameter.step))
+        opened, lost = derived_errors(dynamics.bodies, claim, rate, others)
+        lengths = np.repeat([mechanism.characteristic_length, 1.0], 3)
+        greatest, size = (np.abs(of.wrenches * lengths).max(initial=0.0) for of in claims)
+        size += greatest * np.abs(rate.x * mechanism.coordinates.scale).max(initial=0.0)
+        if isinstance(parameter, OfDescription):  # What cancels is of the size of what there is.
+            size += greatest / abs(parameter.nodes[0])
+        return opened, float(lost / size) if size else float("nan")

@@ -21,6 +21,9 @@ from ..proof.residuals import Claim, Residuals, overflow
 from .velocity_ratios import VelocityRatios
 
 if TYPE_CHECKING:
+    from ..description.description import Description
+    from ..elements.element import Element
+    from ..mechanism.kept import Kept
     from ..proof.free_bodies import FreeBodies
 
 UNIQUE_TOLERANCE = NOTHING
@@ -133,6 +136,47 @@ class Inputs(NamedTuple):
             inertia={name: chosen(factor) for name, factor in self.inertia.items()},
             turns=self.turns[samples],
             time=chosen(self.time),
+        )
+
+    def changed(self, row: int = -1, prescribed: int = -1) -> Inputs:
+        """Return how these change with a number among them; with none, they do not.
+
+        Args:
+            row: of the number, see `Prescribed`.
+            prescribed: index of a position, of drives and then of held joints.
+        """
+        positions, held = np.zeros_like(self.positions), np.zeros_like(self.held)
+        drives = positions.shape[1]
+        if prescribed >= 0:
+            part = positions if prescribed < drives else held
+            part[:, prescribed - (0 if prescribed < drives else drives)] = 1.0
+        links = {name: load for name, load in self.link_loads.items() if load.body >= 0}
+        given = [self.speeds, self.accelerations, self.gravity, self.loads]
+        given += [part for load in links.values() for part in (load.force, load.moment)]
+        every = [np.zeros_like(part) for part in given]
+        first = 0
+        for part in every:
+            if first <= row < first + part.shape[1]:
+                part[:, row - first] = 1.0
+            first += part.shape[1]
+        speeds, accelerations, gravity, loads, *pairs = every
+        moved = zip(links.items(), pairs[::2], pairs[1::2], strict=True)
+        return self._replace(
+            positions=positions,
+            speeds=speeds,
+            accelerations=accelerations,
+            held=held,
+            loads=loads,
+            link_loads={
+                **self.link_loads,
+                **{
+                    name: replace(load, force=force, moment=moment, point=np.zeros(3))
+                    for (name, load), force, moment in moved
+                },
+            },
+            gravity=gravity,
+            inertia={name: np.zeros_like(factor) for name, factor in self.inertia.items()},
+            turns=np.zeros_like(self.turns),
         )
 
 
@@ -289,6 +333,13 @@ class InverseDynamics:
 
         It is made when it is first used, since it reads the description's text again.
         """
+        mechanism = self._mechanism
+        return self.bodies_of(mechanism.second_reading, self._problem.elements, mechanism.kept)
+
+    def bodies_of(
+        self, description: Description, elements: Sequence[Element], kept: Kept | None = None
+    ) -> FreeBodies:
+        """Return the bodies of a description like that of the scene, with elements like its own."""
         from ..proof.constraints import Motion
         from ..proof.free_bodies import FreeBodies, Setup
 
@@ -296,13 +347,9 @@ class InverseDynamics:
         known = np.zeros(mechanism.model.nv, dtype=bool)
         known[self._prescribed] = known[self._decided] = True
         motion = Motion(problem.independent, tuple(problem.held), known)
-        return FreeBodies(
-            mechanism.second_reading,
-            mechanism.coordinates,
-            mechanism.characteristic_length,
-            Setup(motion, self._claimed, problem.elements, mechanism.zero),
-            mechanism.kept,
-        )
+        setup = Setup(motion, self._claimed, elements, mechanism.zero)
+        length = mechanism.characteristic_length
+        return FreeBodies(description, mechanism.coordinates, length, setup, kept)
 
     def prove_flags(self, solution: Solution) -> None:
         """Refuse a solution whose flags of uniqueness are contradicted by self-stresses.
@@ -318,7 +365,7 @@ class InverseDynamics:
             self.bodies.prove_flags(solution.x, unique, solution.closure_condition)
             self._proven_flags.add(flags)
 
-    def residuals(
+    def claim(
         self,
         x: Array,
         inputs: Inputs,
@@ -326,8 +373,8 @@ class InverseDynamics:
         wrenches: Array,
         exerted: Array,
         couplings: Array,
-    ) -> Residuals:
-        """Return the residuals of a solution, however it was found.
+    ) -> Claim:
+        """Return what is to be proven of a solution.
 
         Args:
             x: `(N, size)` coordinates.
@@ -337,27 +384,25 @@ class InverseDynamics:
             exerted: `(N, nv)` efforts of drives and held joints.
             couplings: `(N, G)` their moments.
         """
-        return self.bodies.check(
-            Claim(
-                x=x,
-                turns=inputs.turns,
-                v=rates.v,
-                a=rates.a,
-                positions=inputs.positions,
-                speeds=inputs.speeds,
-                accelerations=inputs.accelerations,
-                held=inputs.held,
-                velocity_ratios=rates.velocity_ratios,
-                wrenches=wrenches[:, self._claimed_indices],
-                exerted=exerted,
-                couplings=couplings,
-                loads=inputs.loads,
-                link_loads=inputs.link_loads,
-                gravity=inputs.gravity,
-                inertia=inputs.inertia,
-                has_rates=inputs.has_rates,
-                time=inputs.time,
-            )
+        return Claim(
+            x=x,
+            turns=inputs.turns,
+            v=rates.v,
+            a=rates.a,
+            positions=inputs.positions,
+            speeds=inputs.speeds,
+            accelerations=inputs.accelerations,
+            held=inputs.held,
+            velocity_ratios=rates.velocity_ratios,
+            wrenches=wrenches[:, self._claimed_indices],
+            exerted=exerted,
+            couplings=couplings,
+            loads=inputs.loads,
+            link_loads=inputs.link_loads,
+            gravity=inputs.gravity,
+            inertia=inputs.inertia,
+            has_rates=inputs.has_rates,
+            time=inputs.time,
         )
 
     def joint_rates(self, state: ClosedState, speeds: Array, accelerations: Array) -> JointRates:

@@ -21,6 +21,7 @@ from ..kinematics.assembly import Assembly
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.following.guesses import Guess
 from ..kinematics.loops.needs import solved_couplings
+from ..mechanism.kept import Kept
 from ..problem.acting import Acting
 from ..problem.arguments import wanted_outputs
 from ..problem.problem import Problem
@@ -41,6 +42,9 @@ and their products; a velocity ratio per drive comes on top."""
 _MOST_RATES = 4_000_000
 """Velocities, accelerations and velocity ratios (32 MB) that a sweep of several blocks keeps. More
 of them are computed from closed coordinates when they are asked for, in a third of its time."""
+
+_LITTLE = 8.0 * _MOST_RATES
+"""Memory [bytes] that is not asked for."""
 
 # The GNU C library gives free memory at the end of its heap back once it exceeds twice the largest
 # piece that was ever freed by itself, and a block would take all of it anew, page by page.
@@ -221,6 +225,11 @@ class ProblemSolver(Frozen):
             self.assembly,
             self.assembly.needed.efforts_alone,
         )
+
+    @cached_property
+    def parameters(self) -> Kept:
+        """What names of parameters say."""
+        return Kept()
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""
@@ -488,12 +497,7 @@ class ProblemSolver(Frozen):
             if len(problem.independent) == 1 and not (problem.elements or self.varied):
                 hint += ", or sweep Scene.response(), which computes what is read of it alone"
             hint += ", or let a study of studies.Sweeps keep what is wanted of them on disk"
-        needed, memory = 8.0 * count * numbers, _memory()
-        if needed > memory:
-            raise ArgumentError(
-                f"{count} samples keep {needed / 1e9:.3g} GB, more than the {memory / 1e9:.3g} GB "
-                f"of memory of this machine{hint}"
-            )
+        refuse_beyond_memory(count, numbers, hint)
 
     def rates_at(
         self, assembled: AssembledPositions, x: Array, acting: Acting
@@ -620,6 +624,23 @@ class _Work:
         guesses = assembled.blocks.given_up() if isinstance(assembled.blocks, InTurn) else None
         keeps_rates = self._solver.keeps_rates(len(assembled))
         return collected(assembled.spans, self.block, positions_of, guesses, keeps_rates)
+
+
+def refuse_beyond_memory(count: int, numbers: int, hint: str) -> None:
+    """Refuse samples of so many numbers each; what to do follows the message.
+
+    Raises:
+        ArgumentError: they do not fit into the memory of the machine.
+    """
+    needed = 8.0 * count * numbers
+    if needed < _LITTLE:  # Most would pay for the question.
+        return
+    memory = _memory()
+    if needed > memory:
+        raise ArgumentError(
+            f"{count} samples keep {needed / 1e9:.3g} GB, more than the {memory / 1e9:.3g} GB "
+            f"of memory of this machine{hint}"
+        )
 
 
 def _memory() -> float:

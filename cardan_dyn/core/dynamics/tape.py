@@ -189,7 +189,7 @@ class Equations:
         self.wrenches = forces
         counts = [sizes[0], rates, rates, rates * len(roles.drives), 6 * forces, rates]
         counts += couplings, couplings
-        singles = len(Found._fields) - 1 - len(counts)
+        self._singles = singles = len(Found._fields) - 1 - len(counts)
         ends = np.cumsum([singles, *counts]).tolist()
         self.outputs = ends[-1]
         places = *range(singles), *map(slice, ends, ends[1:])
@@ -274,10 +274,23 @@ class Equations:
         inexact = greater(error / rounding, found.turned / SUM_ROUNDING)
         inexact = greater(found.step / _EXACT, inexact)
         judged = greater(unstable, inexact), unstable, left_out, unheld, error, found.narrowness
-        return [*judged, *chain.from_iterable(self._quantities(found, x))]
+        return [*judged, *self.quantities(found, x)]
+
+    def place(self, field: str) -> slice:
+        """Return which rows of quantities a field of `Found` is, see `quantities`."""
+        place = self._places[Found._fields.index(field) - 1][1]
+        return slice(place.start - self._singles, place.stop - self._singles)
+
+    def quantities(self, found: Solved, x: Sequence[Scalar]) -> list[Scalar]:
+        """Return the quantities of `Found` in SI units; forces are zero where none is wanted.
+
+        Args:
+            found: at the sample.
+            x: coordinates, also those that loops do not decide.
+        """
+        return [*chain.from_iterable(self._quantities(found, x))]
 
     def _quantities(self, found: Solved, x: Sequence[Scalar]) -> Iterator[Iterable[Scalar]]:
-        """Yield quantities of `Found` in SI units; forces are zero where none is wanted."""
         tree, roles, wanted = self.tree, self.roles, self._wanted
         length, units, rates = tree.length, tree.units.tolist(), range(len(tree.units))
         closed = set(roles.columns(tree))
@@ -345,6 +358,8 @@ class Tape:
     """Equations for one order of elimination, traced.
 
     Attributes:
+        equations: that it is of.
+        order: of the elimination.
         acting: which rows of samples it considers; others have to be zero.
     """
 
@@ -360,20 +375,20 @@ class Tape:
         Raises:
             UnsuitableError: see `Equations.results`.
         """
-        self._equations, self._order, self.acting = equations, order, acting
+        self.equations, self.order, self.acting = equations, order, acting
         self._shadows = shadows
         rounding = equations.rounding(dict(enumerate(shadows)))
         with Trace() as trace:
-            given, x, left_out = self._traced(trace)
+            given, x, left_out = self.traced(trace)
             outputs = equations.results(given, x, order, left_out, rounding)
             self._program = Program(trace, outputs, keeps_inputs=True)
 
-    def _traced(self, trace: Trace) -> tuple[Given, list[Scalar], Scalar]:
+    def traced(self, trace: Trace) -> tuple[Given, list[Scalar], Scalar]:
         """Return what is given at a sample, its coordinates in SI units, and what is left out.
 
         Prescribed become inputs in their order, those of coordinates behind them.
         """
-        equations = self._equations
+        equations = self.equations
         left_out: Scalar = 0.0
         every: list[Scalar] = []
         for index, acts in enumerate(self.acting.tolist()):
@@ -395,7 +410,7 @@ class Tape:
             rows: what is given.
             x: `(size, n)` coordinates near closed ones.
         """
-        return self._equations.found(self._program.run_rows(self._with_x(rows, x), x.shape[1]))
+        return self.equations.found(self._program.run_rows(self.with_x(rows, x), x.shape[1]))
 
     def openings(self, rows: Prescribed, x: Array) -> tuple[Array, set[int]]:
         """Return what statics leaves open at closed samples.
@@ -407,10 +422,10 @@ class Tape:
             `Solution.influence`; and the couplings (index) whose moments are not unique.
         """
         program, couplings = self._opened
-        components = 6 * self._equations.wrenches
+        components = 6 * self.equations.wrenches
         if program is None:
-            return np.zeros((self._equations.wrenches, 6)), set()
-        shares = program.run_rows(self._with_x(rows, x), x.shape[1])
+            return np.zeros((self.equations.wrenches, 6)), set()
+        shares = program.run_rows(self.with_x(rows, x), x.shape[1])
         greatest = np.maximum.reduce(shares, 1)
         of_couplings = zip(couplings, greatest[components:].tolist(), strict=True)
         is_open = {number for number, share in of_couplings if share > UNIQUE_TOLERANCE}
@@ -423,18 +438,18 @@ class Tape:
         None where nothing is open.
         """
         with Trace() as trace:
-            wrenches, couplings = self._equations.shares(self._traced(trace)[0], self._order)
-            every = [wrenches.get(index, 0.0) for index in range(6 * self._equations.wrenches)]
+            wrenches, couplings = self.equations.shares(self.traced(trace)[0], self.order)
+            every = [wrenches.get(index, 0.0) for index in range(6 * self.equations.wrenches)]
             every += couplings.values()
-            numbers = [self._equations.tree.couplings[index].number for index in couplings]
+            numbers = [self.equations.tree.couplings[index].number for index in couplings]
             if not (wrenches or couplings):
                 return None, numbers
             outputs = [sqrt(absolute(share)) for share in every]
             return Program(trace, outputs, keeps_inputs=True), numbers
 
-    def _with_x(self, rows: Prescribed, x: Array) -> list[Array]:
+    def with_x(self, rows: Prescribed, x: Array) -> list[Array]:
         """Return rows with those of coordinates `(size, n)` behind them."""
-        equations = self._equations
+        equations = self.equations
         uniform = x[:, :1].take(equations.uniform, 0)
         return [*rows.parts, x.take(equations.per_sample, 0), uniform]
 

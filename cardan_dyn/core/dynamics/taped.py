@@ -139,7 +139,8 @@ class TapedSolver:
         rates = JointRates(found.ratios.reshape(count, -1, drives), found.v, found.a)
         wrenches = found.wrenches.reshape(count, -1, 6)
         of_joints = wrenches, found.efforts, found.couplings
-        residuals = dynamics.residuals(found.x, inputs, rates, *of_joints)
+        claim = dynamics.claim(found.x, inputs, rates, *of_joints)
+        residuals = dynamics.bodies.check(claim)
         return Solution(
             x=found.x,
             v=found.v,

@@ -315,8 +315,13 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
     """
     guess = Position.of(tree, roles, given.x, given.offsets, order)
     x, step = guess.corrected(tree, roles)
-    position = Position.of(tree, roles, x, given.offsets, order)
-    at, factors = position.at, position.factors
+    found = solved_at(Position.of(tree, roles, x, given.offsets, order), tree, roles, given)
+    return found._replace(step=step, growth=greater(guess.factors.growth, found.growth))
+
+
+def solved_at(position: Position, tree: Tree, roles: Roles, given: Given) -> Solved:
+    """Return all that is found at a closed position; arguments and errors as of `solved`."""
+    x, at, factors = position.x, position.at, position.factors
     ratios = [position.velocities({drive: 1.0}) for drive in roles.drives]
     v = combined(ratios, given.speeds)
     known = {
@@ -341,10 +346,10 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
         open_tree = open_tree.and_also(more)
     judged = (
         unheld,
-        step,
+        0.0,
         position.error,
         position.turned,
-        greater(guess.factors.growth, factors.growth),
+        factors.growth,
         factors.narrowness,
     )
     if roles.efforts_alone:

@@ -7,5 +7,6 @@ one sample on scalars and `vectors`: `placing` puts the frames of the descriptio
 scalars: floats of one sample, arrays of several side by side. `traced` makes a program of the text
 for each kind of claim, and hands it the claim's arrays as they are: it tells itself whether what it
 leaves out is zero, and is made anew with what acts now if it is not. `self_stress` and
-`silent_couplings` say what is unique, `residuals` how far off a result is.
+`silent_couplings` say what is unique, `residuals` how far off a result is, `derived` how far its
+derivatives are.
 """

@@ -20,7 +20,7 @@ from .named_motions import named_motions
 from .placing import Frame
 from .samples import Sample
 from .screws import Screw, Screws, minus, total_of, velocity_at
-from .vectors import dot, greatest, ratio, subtract, times, total
+from .vectors import Vector, dot, greatest, ratio, subtract, times, total
 
 if TYPE_CHECKING:
     from ..description.description import CouplingDescription, Description
@@ -233,23 +233,36 @@ class Constraints:
             scale = greater(self.rate_scale[motion.rate], absolute(position))
             yield (sample.x[motion.column] - position) / scale
 
+    def openings(self, sample: Sample, placed: Sequence[Frame]) -> list[Scalar]:
+        """Return what should be zero of loops, couplings, drives and held joints.
+
+        Of loops, differences of axes between both ends, and the relative gap.
+        """
+        gaps = [part for vectors in self._gaps(placed) for vector in vectors for part in vector]
+        return [*gaps, *self._position_errors(sample)]
+
+    def _gaps(self, placed: Sequence[Frame]) -> Iterator[list[Vector]]:
+        """Yield by what the axes at both ends of each loop differ, and the relative gap."""
+        placing, length = self._screws.placing, self._length
+        for item in self.around:
+            start = placing.at(placed, placing.joints[self._screws.frames.tree + item.loop])
+            end = placing.at(placed, placing.loop_ends[item.loop])
+            apart = [subtract(one, other) for one, other in zip(start.axes, end.axes, strict=True)]
+            gap = subtract(start.origin, end.origin)
+            yield [*apart, (gap[0] / length, gap[1] / length, gap[2] / length)]
+
     def _squared_gaps(self, placed: Sequence[Frame]) -> Iterator[Scalar]:
         """Yield the squares of the angle and of the relative gap between both ends of each loop.
 
         Between frames that are turned by an angle φ, the squared differences of the three axes
         add up to 2 (2 sin φ/2)², which is 2 φ² for small angles.
         """
-        placing = self._screws.placing
-        for item in self.around:
-            start = placing.at(placed, placing.joints[self._screws.frames.tree + item.loop])
-            end = placing.at(placed, placing.loop_ends[item.loop])
+        for *apart, gap in self._gaps(placed):
             squares: Scalar = 0.0
-            for one, other in zip(start.axes, end.axes, strict=True):
-                apart = subtract(one, other)
-                squares = squares + dot(apart, apart)
-            gap = subtract(start.origin, end.origin)
+            for difference in apart:
+                squares = squares + dot(difference, difference)
             yield 0.5 * squares
-            yield dot(gap, gap) / self._length**2
+            yield dot(gap, gap)
 
     def drive_rate_error(self, sample: Sample) -> Scalar:
         """Return how far rates of the drives are from the prescribed ones, relative.

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from ..tape import Scalar
 from .placing import Frame
 from .screws import Screw, Screws, about
-from .vectors import Vector, combine, component, dot, greatest, times
+from .vectors import Vector, combine, component, dot, times
 
 
 class _Along(NamedTuple):
@@ -57,14 +57,14 @@ class EffortBalance:
                 wrench, scale = joints.index(joint), rate_scale[rate]
                 self._along.append(_Along(wrench, rate, axis, motion, slides, scale))
 
-    def imbalance(
+    def imbalances(
         self,
         placed: Sequence[Frame],
         wrenches: Sequence[Screw],
         in_world: Sequence[Screw],
         given: Sequence[Scalar],
-    ) -> Scalar:
-        """Return the greatest difference [N·m] between a wrench along a rate and what is given.
+    ) -> list[Scalar]:
+        """Return differences [N·m] between wrenches along rates and what is given.
 
         Args:
             placed: frames of all motions.
@@ -82,4 +82,4 @@ class EffortBalance:
                 vector = wrench[0] if item.slides else about(frame.origin, wrench)[1]
                 along = dot(vector, combine(frame.axes, item.axis))
             differences.append(times(along - given[item.rate], item.scale))
-        return greatest(differences)
+        return differences

@@ -200,14 +200,16 @@ class FreeBodies:
 
     def check(self, claim: Claim) -> Residuals:
         """Return the residuals of a claim."""
-        elements = None if self._elements is None else self._exerted_by_elements(claim)
+        elements = self.exerted(claim)
         given = Rows(claim, elements), self.frames
         results = self._programs.results(self.residuals, *given)
         terms = None if elements is None else elements.terms
         return Residuals._make((*results, bool(self._covered), self._power_known, terms))
 
-    def _exerted_by_elements(self, claim: Claim) -> ElementLoads:
-        assert self._elements is not None
+    def exerted(self, claim: Claim) -> ElementLoads | None:
+        """Return what elements exert where it is claimed that they are; None without elements."""
+        if self._elements is None:
+            return None
         x = claim.x + 2.0 * np.pi * claim.turns
         screws, v = self._screws, list(claim.v.T)
         # What overflows is refused by those who judge residuals.
@@ -220,6 +222,25 @@ class FreeBodies:
 
     def residuals(self, sample: Sample) -> tuple[Scalar, ...]:
         """Return the first nine fields of `Residuals` of a sample."""
+        lacking, along, others = self._checked(sample)
+        return greater(self._size(lacking), greatest(along)), *others
+
+    def openings(self, sample: Sample) -> list[Scalar]:
+        """Return what should be zero of positions, see `Constraints.openings`."""
+        placed = self._screws.placing.placed(sample.x)
+        return self._constraints.openings(sample, placed)
+
+    def imbalances(self, sample: Sample) -> list[Scalar]:
+        """Return what should be zero of wrenches [N·m].
+
+        Net wrenches of bodies, forces times the length, and efforts along coordinates.
+        """
+        lacking, along, _ = self._checked(sample)
+        forces = [times(part, self._length) for force, _ in lacking for part in force]
+        return [*forces, *[part for _, moment in lacking for part in moment], *along]
+
+    def _checked(self, sample: Sample) -> tuple[list[Screw], list[Scalar], tuple[Scalar, ...]]:
+        """Return net wrenches of bodies, efforts along coordinates, and fields of `Residuals`."""
         constraints, scales = self._constraints, self._constraints.rate_scale
         rotors = self._rotors if sample.moves else {}
         accelerated = {rate: sample.a[rate] * inertia for rate, inertia in rotors.items()}
@@ -251,13 +272,13 @@ class FreeBodies:
             about(joint_frames[body].origin, minus(_sum_on(body, acting), _sum_on(body, reacting)))
             for body in self._covered
         ]
-        along = self._efforts.imbalance(placed, sample.wrenches, on_children, self._given(sample))
+        given = placed, sample.wrenches, on_children, self._given(sample)
+        along = self._efforts.imbalances(*given)
         powers = [_power_along(sample.loads, unit), _power_along(sample.exerted, unit)]
         powers += [item.power for item in applied]
         loads = [times(load, scale) for load, scale in zip(sample.loads, scales, strict=True)]
         inertia = [times(absolute(effort), scales[rate]) for rate, effort in accelerated.items()]
-        return (
-            greater(self._size(lacking), along),
+        others = (
             absolute(total(powers)),
             constraints.position_error(sample, placed),
             rates.error,
@@ -267,6 +288,7 @@ class FreeBodies:
             total(map(absolute, powers)),
             constraints.greatest_rate(unit),
         )
+        return lacking, along, others
 
     def _rates(self, sample: Sample, placed: Sequence[Frame], unit: Scalars) -> _Rates:
         """Return the rates of a sample and their errors, see `_Rates`.

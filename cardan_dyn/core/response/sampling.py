@@ -190,7 +190,9 @@ class FunctionSampler:
         inputs = inputs._replace(speeds=ones, accelerations=ones, loads=loads)
         wrenches = total(found.wrenches).reshape(targets.size, -1, 6)
         of_joints = wrenches, total(found.efforts), total(found.couplings)
-        residuals = self._solver.inverse_dynamics.residuals(columns.x, inputs, rates, *of_joints)
+        dynamics = self._solver.inverse_dynamics
+        claim = dynamics.claim(columns.x, inputs, rates, *of_joints)
+        residuals = dynamics.bodies.check(claim)
         solution = Solution(
             x=columns.x,
             v=rates.v,

@@ -66,6 +66,7 @@ def sweep_of(solver: ProblemSolver, assembled: AssembledPositions, acting: Actin
             solution.loop_error,
             solver.inverse_dynamics.bodies.unproven,
         ),
+        solver=solver,
     )
 
 

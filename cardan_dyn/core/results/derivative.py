@@ -2,76 +2,89 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+import math
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...kit.arrays import EPS, Array
-from ...kit.checks import vector
+from ...kit.checks import mapping, numbers, vector
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import Frozen, frozen, read_only
-from ..description.origins import PREFIX, origin_of, with_origins, without_origins
-from ..dynamics.differentiated import (
-    Change,
-    OfColumn,
-    OfElement,
-    OfMass,
-    OfOrigin,
-    OfRow,
-    Parameter,
-    changes_of,
-)
+from ..description.origins import PREFIX
+from ..dynamics.differentiated import Change, Differentiated
 from ..dynamics.inverse_dynamics import Inputs
-from ..dynamics.problem_solver import ProblemSolver
+from ..dynamics.parameters import Parameter
+from ..dynamics.problem_solver import ProblemSolver, refuse_beyond_memory
 from ..dynamics.velocity_ratios import VelocityRatios
-from ..mechanics.bodies import Mass
+from ..elements.link_loads import WRENCH_COMPONENTS
 from ..mechanism.carried import CarriedFrame
-from ..mechanism.mechanism import Mechanism
 from ..problem.acting import Acting
 from ..problem.problem import Problem
+from ..proof.residuals import overflow
 from .motion import Motion
+from .named_parameters import parameters_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-    from pinocchio import SE3
-
-    from ..description.description import LinkDescription
-    from ..tape import Scalar
-
-_AXES = "xyz"
-_FORMS = (
-    "a driven or held coordinate, 'speed:DRIVE', 'acceleration:DRIVE', 'load:JOINT', 'gravity.x', "
-    "'mass:LINK', 'centre:LINK.x', 'inertia:LINK.xx', 'origin:JOINT.x' (y, z, roll, pitch, yaw), "
-    "'stiffness:ELEMENT' or 'damping:ELEMENT'"
-)
 
 
 class Swept(NamedTuple):
     """What of a sweep its derivatives follow from.
 
     Attributes:
-        problem: of the scene.
+        solver: of the scene; for other positions of held coordinates where these vary.
         acting: how fast the drives move, and what acts.
-        varied: names of held coordinates whose positions differ from the scene's.
         motion: of all samples.
         unique: `(k, 6)` see `JointWrench.unique`, a row per output.
         coupling_unique: coupling to whether its moment is unique.
-        knows_drives: whether the efforts of drives are known.
-        holding: held coordinates whose efforts are known.
     """
 
-    problem: Problem
+    solver: ProblemSolver
     acting: Acting
-    varied: tuple[str, ...]
     motion: Motion
     unique: Array
     coupling_unique: Mapping[str, bool]
-    knows_drives: bool
-    holding: tuple[str, ...]
+
+    @property
+    def problem(self) -> Problem:
+        """That of the scene."""
+        return self.solver.problem
+
+    def parameters(self, names: Sequence[object]) -> dict[str, Parameter]:
+        """Return the parameters of names and of patterns; errors as of `parameters_of`."""
+        own = tuple(name for name in names if isinstance(name, str))
+        if len(own) < len(names):
+            raise ArgumentError("parameters are named by strings, such as 'mass:LINK'")
+        return self.solver.parameters.of(
+            "parameters",
+            (own, *self.acting.link_loads),
+            lambda: parameters_of(self.problem, self.acting, own),
+        )
+
+    @property
+    def differentiated(self) -> Differentiated:
+        """All samples; those whose motion is not solved stand somewhere."""
+        problem, motion = self.problem, self.motion
+        acting = self.acting.flat(motion.shape)
+        rates = motion.v.reshape(len(motion.x), -1)
+        inputs = Inputs(
+            positions=np.zeros((len(rates), len(problem.independent))),
+            speeds=acting.speeds,
+            accelerations=acting.accelerations,
+            held=problem.held_row,
+            loads=problem.load_rows(acting.joint_loads),
+            link_loads=acting.link_loads,
+            gravity=acting.gravity,
+            inertia=acting.inertia,
+            turns=motion.turns,
+            time=acting.time,
+            has_rates=True,
+        )
+        x, v = (np.where(np.isnan(values), 0.0, values) for values in (motion.x, rates))
+        return Differentiated(self.solver, x, v, inputs)
 
 
 class WrenchDerivative(NamedTuple):
@@ -125,30 +138,48 @@ class Derivative(Frozen):
 
     Attributes:
         parameter: the number, as it was named.
-        loop_residual: greatest rate at which closure errors grow, which vanishes [lengths of the
-            mechanism per unit].
     """
 
     parameter: str
-    loop_residual: float
     _of: Swept
     _change: Change
 
     def __init__(self, parameter: str, of: Swept, change: Change) -> None:
-        self._freeze(
-            parameter=parameter,
-            loop_residual=float(change.opened.max(initial=0.0)),
-            _of=of,
-            _change=change,
-        )
+        self._freeze(parameter=parameter, _of=of, _change=change)
 
     def __repr__(self) -> str:
-        return f"<Derivative by {self.parameter!r}: {len(self._change.x)} samples>"
+        return f"<Derivative by {self.parameter!r}: {len(self._of.motion.x)} samples>"
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape of the samples."""
         return self._of.motion.shape
+
+    @property
+    def loop_residual(self) -> float:
+        """Greatest rate at which loops, couplings, drives and held joints get away from positions.
+
+        It is of angles [rad per unit], or of gaps as fractions of the characteristic length.
+        Residuals are computed when they are read, in some hundredths of a second, by the text of
+        the proof, which shares with how derivatives are found no more than what `origin` means.
+        """
+        return self._residuals[0]
+
+    @property
+    def balance_residual(self) -> float:
+        """Greatest rate at which bodies get out of balance, relative to that of wrenches.
+
+        To the latter counts how fast wrenches turn with joints, and, of numbers of the description,
+        the greatest wrench for a change by about all there is. Where elements act, it is some 1e-11
+        by which differences are off. NaN where nothing changes, or no balance is known.
+        """
+        return self._residuals[1]
+
+    @cached_property
+    def _residuals(self) -> tuple[float, float]:
+        by = self._of.parameters([self.parameter])
+        with np.errstate(all="ignore"):
+            return self._of.differentiated.residuals(by[self.parameter], self._change)
 
     def __getitem__(self, joint: str) -> WrenchDerivative:
         """Return how the wrench of an output changes.
@@ -156,15 +187,9 @@ class Derivative(Frozen):
         Raises:
             ModelError: it is no output.
         """
+        force, moment = (self._read(f"{joint}.{kind}") for kind in ("force", "moment"))
         problem = self._of.problem
-        if joint not in problem.outputs:
-            raise ModelError(f"no output {joint!r}; outputs: {choices(problem.outputs, joint)}")
-        output = problem.outputs.index(joint)
-        unique = self._of.unique[output]
-        every = self._change.wrenches.reshape(len(self._change.wrenches), -1, 6)
-        own = every[:, np.arange(every.shape[1])[problem.output_indices][output]]
-        values = read_only(np.where(unique, own, np.nan).reshape(*self.shape, 6))
-        return WrenchDerivative(values[..., :3], values[..., 3:], unique)
+        return WrenchDerivative(force, moment, self._of.unique[problem.outputs.index(joint)])
 
     @cached_property
     def drive_effort(self) -> Array:
@@ -173,34 +198,27 @@ class Derivative(Frozen):
         Raises:
             ModelError: the outputs of the scene leave it out.
         """
-        drives = self._of.problem.independent
-        if not self._of.knows_drives:
-            raise ModelError("the drive effort was not asked for; add the driven joint to outputs")
-        values = self._efforts(drives).reshape(*self.shape, -1)
-        return read_only(values[..., 0] if len(drives) == 1 else values)
+        return self._read("drive_effort")
 
     @cached_property
     def holding_effort(self) -> Mapping[str, Array]:
         """Held joint or coordinate to the derivative of what holds it."""
-        return frozen(
-            {name: self._efforts([name]).reshape(self.shape) for name in self._of.holding}
-        )
-
-    def _efforts(self, names: Iterable[str]) -> Array:
-        return self._change.efforts[:, self._of.problem.mechanism.coordinates.rates_of(names)]
+        names = self._of.solver.known_holding_efforts
+        return frozen({name: self._read(f"{name}.holding_effort") for name in names})
 
     @cached_property
     def coupling_moment(self) -> Mapping[str, Array]:
         """Coupling to the derivative of its moment; NaN where that is not unique."""
-        names = [item.name for item in self._of.problem.mechanism.couplings]
-        moments = self._change.couplings
         return frozen(
-            {
-                name: moments[:, names.index(name)].reshape(self.shape)
-                * (1.0 if is_unique else np.nan)
-                for name, is_unique in self._of.coupling_unique.items()
-            }
+            {name: self._read(f"{name}.coupling_moment") for name in self._of.coupling_unique}
         )
+
+    def _read(self, name: str) -> Array:
+        """Return the derivative of a result by its name; errors as of `_rows_of`."""
+        rows = _rows_of(self._of, name)
+        values = self._change.of(rows.field, rows.columns)
+        values[:, ~rows.flags] = np.nan
+        return read_only(values.reshape(*self.shape, *rows.shape))
 
     def point(self, link: str, xyz: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
         """Return how a point of a link moves `(…, 3)` [m per unit], in world axes.
@@ -221,184 +239,178 @@ class Derivative(Frozen):
                 name=self.parameter,
             )
         carrier = CarriedFrame(of.mechanism, link, vector("xyz", xyz, 3))
-        v = of.mechanism.coordinates.velocity(of.x, self._change.x)
+        v = of.mechanism.coordinates.velocity(of.x, self._change.of("x"))
         return read_only(carrier.rates(of.x, v).velocity.T.reshape(*self.shape, 3))
 
     @cached_property
     def motion(self) -> MotionDerivative:
         """How positions, velocities, accelerations and velocity ratios change."""
         change, of = self._change, self._of.motion
-        ratios = change.ratios.reshape(*change.v.shape, len(of.drives))
-        rates = change.v, change.a, VelocityRatios.of(ratios, None)
-        turns = np.zeros_like(change.x)
-        return MotionDerivative(Motion(of.mechanism, of.drives, change.x, turns, rates, self.shape))
+        x, v, a, ratios = map(change.of, ("x", "v", "a", "ratios"))
+        x[np.isnan(of.x)] = np.nan
+        v[np.isnan(of.v.reshape(v.shape))] = np.nan
+        a[np.isnan(of.a.reshape(a.shape))] = np.nan
+        each = VelocityRatios.of(ratios.reshape(*v.shape, len(of.drives)), None)
+        turns = np.zeros_like(x)
+        changes = Motion(of.mechanism, of.drives, x, turns, (v, a, each), self.shape)
+        return MotionDerivative(changes)
 
 
-def derivatives_of(of: Swept, names: Sequence[str]) -> list[Derivative]:
-    """Return how the results of a sweep change with numbers, see `Sweep.derivative`."""
-    problem, motion = of.problem, of.motion
-    acting = of.acting.flat(motion.shape)
-    solver = ProblemSolver(problem).of_varied(of.varied)
-    rates = motion.v.reshape(len(motion.x), -1)
-    x, v = np.nan_to_num(motion.x), np.nan_to_num(rates)
-    parameters = [_parameter(of, name) for name in names]
-    count, drives = len(x), len(problem.independent)
-    inputs = Inputs(
-        positions=np.zeros((count, drives)),
-        speeds=acting.speeds,
-        accelerations=acting.accelerations,
-        held=problem.held_row,
-        loads=problem.load_rows(acting.joint_loads),
-        link_loads=acting.link_loads,
-        gravity=acting.gravity,
-        inertia=acting.inertia,
-        turns=motion.turns,
-        time=acting.time,
-        has_rates=True,
+class _Rows(NamedTuple):
+    """Where a result stands among what is found.
+
+    Attributes:
+        field: of `Found`.
+        columns: of it.
+        shape: of the result at a sample.
+        unique: for each column, whether it follows from the laws of motion alone; all if None.
+    """
+
+    field: str
+    columns: Sequence[int]
+    shape: tuple[int, ...] = ()
+    unique: Sequence[bool] | None = None
+
+    @property
+    def flags(self) -> Array:
+        """`unique`, of all columns."""
+        return np.array(self.unique or [True] * len(self.columns))
+
+
+def _rows_of(of: Swept, name: str) -> _Rows:
+    """Return where a result stands, by its name as in the tables of a sweep.
+
+    Raises:
+        ArgumentError: it says no result.
+        ModelError: no such joint, coordinate or coupling, or the outputs leave it out.
+    """
+    problem, coordinates = of.problem, of.problem.mechanism.coordinates
+    joint, _, kind = name.rpartition(".")
+    if kind == "drive_effort":
+        drives = problem.independent
+        if not of.solver.knows_drive_efforts:
+            raise ModelError("the drive effort was not asked for; add the driven joint to outputs")
+        if joint and joint not in drives:
+            raise ModelError(f"{name!r}: drives are {choices(drives, joint)}", name=joint)
+        own = coordinates.rates_of([joint] if joint else drives)
+        return _Rows("efforts", own, () if len(own) == 1 else (len(own),))
+    if kind == "holding_effort":
+        known = of.solver.known_holding_efforts
+        if joint not in known:
+            raise ModelError(f"{name!r}: known are those of {choices(known, joint)}", name=joint)
+        return _Rows("efforts", coordinates.rates_of([joint]))
+    if kind == "coupling_moment":
+        if joint not in of.coupling_unique:
+            told = choices(of.coupling_unique, joint)
+            raise ModelError(f"{name!r}: couplings are {told}", name=joint)
+        names = [item.name for item in problem.mechanism.couplings]
+        return _Rows("couplings", [names.index(joint)], unique=[of.coupling_unique[joint]])
+    if kind in _OF_MOTION:
+        x, v = of.motion.spans(joint)
+        span = x if kind == "position" else v
+        moved = range(span.start, span.stop)
+        return _Rows(_OF_MOTION[kind], moved, () if len(moved) == 1 else (len(moved),))
+    if kind not in _OF_WRENCH:
+        raise ArgumentError(
+            f"{name!r} says no result; one is 'drive_effort', 'JOINT.force' or '.moment' (a "
+            "component is '.force_x'), 'JOINT.position', '.velocity', '.acceleration', "
+            "'JOINT.holding_effort' or 'COUPLING.coupling_moment'"
+        )
+    if joint not in problem.outputs:
+        raise ModelError(f"no output {joint!r}; outputs: {choices(problem.outputs, joint)}")
+    output, parts = problem.outputs.index(joint), _OF_WRENCH[kind]
+    first = 6 * int(np.arange(problem.mechanism.wrench_count)[problem.output_indices][output])
+    columns, shape = [first + part for part in parts], (len(parts),) if len(parts) > 1 else ()
+    return _Rows("wrenches", columns, shape, of.unique[output, parts].tolist())
+
+
+_OF_MOTION = {"position": "x", "velocity": "v", "acceleration": "a"}
+_OF_WRENCH = {"force": [0, 1, 2], "moment": [3, 4, 5]} | {
+    name.replace(" ", "_"): [index] for index, name in enumerate(WRENCH_COMPONENTS)
+}
+"""Results to the components of a wrench that they are."""
+
+
+def derivatives_of(of: Swept, names: Sequence[str]) -> dict[str, Derivative]:
+    """Return derivatives by some numbers, see `Sweep.derivative`."""
+    parameters = of.parameters(names)
+    refuse_beyond_memory(
+        len(of.motion.x),
+        len(parameters) * (3 * of.problem.mechanism.model.nv + 6 * len(of.problem.outputs)),
+        "; name fewer parameters, take fewer samples, or weigh results by Sweep.gradient",
     )
     with np.errstate(all="ignore"):
-        changes = changes_of(solver.taped, x, v, inputs, parameters)
-    unsolved = np.isnan(motion.x), np.isnan(rates), np.isnan(rates)
-    found = []
-    for name, change in zip(names, changes, strict=True):
-        for values, missing in zip(change[:3], unsolved, strict=True):
-            values[missing] = np.nan
-        result = Derivative(name, of, change)
-        fastest = np.nanmax(np.abs(change.x * problem.mechanism.coordinates.scale), initial=1.0)
-        if result.loop_residual > np.sqrt(EPS) * fastest:
-            raise ModelError(
-                f"{name}: no derivative exists, since a change of it opens a loop that closes "
-                "only as long as its axes meet or are parallel; differentiate by something that "
-                "keeps them so"
-            )
-        found.append(result)
+        changes = of.differentiated.changes([*parameters.values()])
+    found = {}
+    for name, change in zip(parameters, changes, strict=True):
+        if not _refused(name, change.opened, change.farthest, name in names):
+            found[name] = Derivative(name, of, change)
     return found
 
 
-def _parameter(swept: Swept, name: object) -> Parameter:
-    """Return what a name says.
-
-    Raises:
-        ArgumentError: it says nothing.
-        ModelError: no such joint, link or element.
-    """
-    if not isinstance(name, str):
-        raise ArgumentError(f"parameters are named: {_FORMS}")
-    problem, (kind, colon, of) = swept.problem, name.partition(":")
-    drives, rates = problem.independent, problem.mechanism.model.nv
-    prescribed = (*drives, *problem.held)
-    first_effort = 2 * len(drives) + 3
-    if name in prescribed:
-        return OfColumn(name, problem.mechanism.coordinates.columns_of([name])[0])
-    if not colon:
-        if match := re.fullmatch(r"gravity\.([xyz])", name):
-            return OfRow(name, 2 * len(drives) + _AXES.index(match[1]))
-        raise ModelError(
-            f"{name!r} is nothing that the scene drives or holds: {choices(prescribed, name)}; "
-            f"a parameter is {_FORMS}",
-            name=name,
-        )
-    if kind in ("speed", "acceleration"):
-        if of not in drives:
-            raise ModelError(f"{name!r}: drives are {choices(drives, of)}", name=of)
-        return OfRow(name, drives.index(of) + len(drives) * (kind == "acceleration"))
-    if kind == "load":
-        named = problem.mechanism.coordinates.named
-        if of in named:
-            return OfRow(name, first_effort + named[of].rate)
-        link, _, component = of.rpartition(".")
-        loads = [key for key, load in swept.acting.link_loads.items() if load.body >= 0]
-        match = re.fullmatch(r"(force|moment)_([xyz])", component)
-        if link in loads and match:
-            number = 6 * loads.index(link) + 3 * (match[1] == "moment") + _AXES.index(match[2])
-            return OfRow(name, first_effort + rates + number)
-        raise ModelError(
-            f"{name!r}: name a joint, {choices(named, of)}, or a component of a link that has a "
-            f"load in the sweep, such as 'load:LINK.force_x'; these links are {choices(loads)}",
-            name=of,
-        )
-    if kind in ("mass", "centre", "inertia"):
-        return _of_mass(problem, name, kind, of)
-    if kind == "origin":
-        return _of_origin(problem, name)
-    if kind in ("stiffness", "damping"):
-        return _of_element(problem, name, kind, of)
-    raise ArgumentError(f"{name!r} says no parameter; one is {_FORMS}")
+def slopes_of(
+    of: Swept, weights: Mapping[str, ArrayLike], names: Sequence[str]
+) -> Mapping[str, float]:
+    """Return derivatives of a weighted sum, see `Sweep.gradient`."""
+    parameters = of.parameters(names)
+    rows: dict[int, Array] = {}
+    samples = of.differentiated
+    for name, given in mapping("weights", weights).items():
+        told = _rows_of(of, name)
+        shape, values = (*of.motion.shape, *told.shape), numbers(f"weights[{name!r}]", given)
+        try:
+            values = np.broadcast_to(values, shape)
+        except ValueError as error:
+            raise ArgumentError(
+                f"weights[{name!r}] have the shape {values.shape}, which does not broadcast with "
+                f"{shape}, that of the result"
+            ) from error
+        for column, own, unique in zip(
+            told.columns, values.reshape(-1, len(told.columns)).T, told.flags, strict=True
+        ):
+            if not own.any():
+                continue
+            if not unique:
+                raise ModelError(
+                    f"weights[{name!r}] are of a component that does not follow from the laws of "
+                    "motion alone: leave it out, see `unique`",
+                    name=name,
+                )
+            row = samples.row(told.field, column)
+            rows[row] = rows.get(row, 0.0) + own
+    with np.errstate(all="ignore"):
+        slopes, opened = samples.slopes([*parameters.values()], rows)
+    each = zip(parameters, slopes.tolist(), opened.tolist(), strict=True)
+    return frozen(
+        {name: slope for name, slope, rate in each if not _refused(name, rate, 1.0, name in names)}
+    )
 
 
-def _of_mass(problem: Problem, name: str, kind: str, of: str) -> OfMass:
-    """Return mass, centre or inertia of a link; arguments and errors as of `_parameter`."""
-    link, _, component = (of, "", "") if kind == "mass" else of.rpartition(".")
-    wanted = {"mass": r"", "centre": r"[xyz]", "inertia": r"[xyz]{2}"}[kind]
-    if not re.fullmatch(wanted, component):
-        raise ArgumentError(f"{name!r} says no parameter; one is {_FORMS}")
-    body, frame = problem.mechanism.link(link)
-    described = next(item for item in problem.mechanism.description.links if item.name == link)
-    at = frame.act(np.asarray(described.centre))
-    return OfMass(name, link, body - 1, partial(_added_mass, kind, component, frame, described, at))
+_OPEN = math.sqrt(EPS)
+"""Rate of closure errors, beside that of coordinates, above which a loop opens."""
 
 
-def _added_mass(
-    kind: str,
-    component: str,
-    frame: SE3,
-    link: LinkDescription,
-    centre: Array,
-    change: Scalar,
-    length: float,
-) -> tuple[Mass, ...]:
-    """Return the masses that a change of a link by some amount adds to its body.
+def _refused(name: str, opened: float, farthest: float, is_asked: bool) -> bool:
+    """Return whether a derivative does not exist, since a loop opens.
 
     Args:
-        kind: `mass`, `centre` or `inertia`.
-        component: of the centre, or of the inertia.
-        frame: of the link in its body.
-        link: as it is described.
-        centre: of its mass in the body [m].
-        change: by how much.
-        length: unit of what is returned [m].
+        name: of the parameter.
+        opened: greatest rate at which closure errors grow, in units of the mechanism.
+        farthest: greatest rate of coordinates, likewise.
+        is_asked: whether it was asked for by its name.
+
+    Raises:
+        ModelError: it was.
+        AccuracyError: rates are no numbers.
     """
-    at, nothing = tuple((centre / length).tolist()), ((0.0, 0.0, 0.0),) * 3
-    if kind == "mass":
-        return (Mass(change, at, nothing, ""),)
-    if kind == "centre":
-        way = frame.rotation[:, _AXES.index(component)] / length
-        moved = tuple(c + change * w for c, w in zip(at, way.tolist(), strict=True))
-        return Mass(link.mass, moved, nothing, ""), Mass(-link.mass, at, nothing, "")
-    unit = np.zeros((3, 3))
-    row, column = map(_AXES.index, component)
-    unit[row, column] = unit[column, row] = 1.0 / length**2
-    turned = frame.rotation @ unit @ frame.rotation.T
-    return (Mass(0.0, at, tuple(tuple(change * x for x in r) for r in turned.tolist()), ""),)
-
-
-def _of_element(problem: Problem, name: str, kind: str, of: str) -> OfElement:
-    """Return a number of an element; arguments and errors as of `_parameter`."""
-    known = [item.name or f"elements[{k}]" for k, item in enumerate(problem.elements)]
-    if of not in known:
-        raise ModelError(f"{name!r}: elements are {choices(known, of)}", name=of)
-    index = known.index(of)
-    element = problem.elements[index]
-    value = getattr(element, kind, None)
-    if not isinstance(value, float):
-        raise ModelError(f"{name!r}: the {kind} of {of} is no number", name=of)
-    # What acts is linear in it: any difference is exact.
-    ends = (1.5 * value, 0.5 * value) if value else (1.0, 0.0)
-    more, less = (replace(cast("Any", element), **{kind: end}) for end in ends)
-    return OfElement(name, index, (more, less), ends[0] - ends[1])
-
-
-def _of_origin(problem: Problem, name: str) -> OfOrigin:
-    """Return a length or an angle of a placement; arguments and errors as of `_parameter`."""
-    mechanism = problem.mechanism
-    description = mechanism.description
-    plain = without_origins(description)
-    origin = origin_of(plain, name)
-
-    def displaced(by: float) -> Mechanism:
-        changed = with_origins(origin.displaced(plain, by), description.origins)
-        return Mechanism(changed, mechanism.base, mechanism.coordinates.cardan)
-
-    if origin.turns:
-        return OfOrigin.of_angle(name, displaced)
-    return OfOrigin.of_length(name, displaced, mechanism.characteristic_length)
+    if not math.isfinite(opened + farthest):
+        raise overflow(f"the derivative by {name!r}")
+    if opened <= _OPEN * max(1.0, farthest):
+        return False
+    if is_asked:
+        raise ModelError(
+            f"{name}: no derivative exists, since a change of it opens a loop that closes "
+            "only as long as its axes meet or are parallel; differentiate by something that "
+            "keeps them so"
+        )
+    return True

@@ -95,11 +95,9 @@ class Motion(Frozen):
     @cached_property
     def _without_turns(self) -> tuple[Array, Array]:
         # Over how many turns a motion was followed before it repeated, nobody asked.
-        named = self._coordinates.named
+        angles, named = self._coordinates.angle_columns, self._coordinates.named
         driven = {named[name].column for name in self.drives}
-        own = [
-            column for column in self._coordinates.angle_columns.tolist() if column not in driven
-        ]
+        own = [column for column in angles.tolist() if column not in driven]
         taken = np.rint(self._x[:, own] / (2.0 * np.pi))
         if not np.count_nonzero(taken):
             return self._x, self._turns
@@ -181,7 +179,7 @@ class Motion(Frozen):
             ModelError: unknown joint, one without a coordinate, or a Cardan angle of a ball that
                 was solved without such angles.
         """
-        columns, _ = self._spans(joint)
+        columns, _ = self.spans(joint)
         values = self._x[:, columns] + 2.0 * np.pi * self._turns[:, columns]
         return self._shaped(squeezed(values))
 
@@ -218,7 +216,7 @@ class Motion(Frozen):
             ModelError: see `position`.
             ArgumentError: unknown drive.
         """
-        _, columns = self._spans(joint)
+        _, columns = self.spans(joint)
         ratios = self.velocity_ratios.of_coordinates(columns, self._drive_index(drive))
         return self._shaped(squeezed(ratios))
 
@@ -233,7 +231,7 @@ class Motion(Frozen):
 
     def _of_columns(self, rates: Array, joint: str) -> Array:
         """Return the columns of rates that belong to a joint, without an axis for one column."""
-        columns = rates[..., self._spans(joint)[1]]
+        columns = rates[..., self.spans(joint)[1]]
         return columns[..., 0] if columns.shape[-1] == 1 else columns
 
     def _drive_index(self, drive: object) -> int:
@@ -253,7 +251,7 @@ class Motion(Frozen):
         known += f" ({suggestion}" if suggestion else ""
         raise ArgumentError(f"no drive {described(drive)}; drives: {known}")
 
-    def _spans(self, name: str) -> tuple[slice, slice]:
+    def spans(self, name: str) -> tuple[slice, slice]:
         """Return the columns of a joint or coordinate, in coordinates and in velocities."""
         coordinates, drivable = self._coordinates, self.mechanism.drivable
         if isinstance(name, str) and name in drivable and name not in self.mechanism:

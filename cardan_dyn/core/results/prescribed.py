@@ -103,7 +103,8 @@ class MotionResult(Result, Prescribed):
         "energy energies": "a Trajectory has .kinetic_energy and .potential_energy",
         "power": "drive_effort times speed is what a drive gives",
         "gradient jacobian sensitivity sensitivities derivatives": "a Sweep has "
-        ".derivative('crank_bearing', 'mass:rod', 'origin:pin.x')",
+        ".derivative('crank_bearing', 'mass:rod', 'origin:pin.x'), and of a weighted sum "
+        ".gradient(weights, 'mass:*')",
     }
 
     @property

@@ -68,7 +68,10 @@ from .table import Table, Variable
 from .wrench import WITHOUT_AXIS, JointWrench
 
 if TYPE_CHECKING:
-    from .derivative import Derivative
+    from numpy.typing import ArrayLike
+
+    from ..dynamics.problem_solver import ProblemSolver
+    from .derivative import Derivative, Swept
     from .element_results import ElementResults
     from .left_open import LeftOpen
     from .point_motion import Points
@@ -134,6 +137,7 @@ class Sweep(MotionResult):
     coupling_moment: Mapping[str, Array]
     coupling_unique: Mapping[str, bool]
     _condition: Array | Callable[[], Array]
+    _solved_by: ProblemSolver | None
 
     def __init__(
         self,
@@ -147,10 +151,11 @@ class Sweep(MotionResult):
         coupling_unique: Mapping[str, bool],
         condition: Array | Callable[[], Array],
         proven: Proven | Callable[[], Proven],
+        solver: ProblemSolver | None = None,
     ) -> None:
         # `problem`, `held` (where not as in that) and `acting` are what was asked, `source` is
         # where the rest comes from when it is first read; the others are the attributes. `proven`
-        # and `condition` may be computed when they are read.
+        # and `condition` may be computed when they are read. `solver` is that of the scene.
         unique.setflags(write=False)
         self._freeze(
             _problem=problem,
@@ -162,6 +167,7 @@ class Sweep(MotionResult):
             coupling_unique=coupling_unique,
             _condition=condition,
             _proven=proven,
+            _solved_by=solver,
         )
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -536,35 +542,68 @@ class Sweep(MotionResult):
                 `inertia:LINK.xx` (… `xy`), in the link's axes; `origin:JOINT.x` (… `z`, `roll`,
                 `pitch`, `yaw`), or `origin:LOOP.predecessor.x`, in the axes of the link that
                 carries it, with a pitch between ±90° whatever angles the text has;
-                `stiffness:ELEMENT`, `damping:ELEMENT`.
+                `stiffness:ELEMENT`, `damping:ELEMENT`, and `friction:ELEMENT`, the effort of a
+                `JointFriction`. With `*` in it, a name stands for all that it matches and by which
+                there is a derivative.
 
         Returns:
             What is read like the sweep: `["joint"].force`, `.drive_effort`,
-            `.motion.position("joint")`. Of several parameters a mapping from their names.
+            `.motion.position("joint")`. Of several parameters, and of those that a `*` stands for,
+            a mapping from their names.
 
         Raises:
-            ArgumentError: a name that says no parameter.
+            ArgumentError: a name that says no parameter, or more than fits into memory.
             ModelError: no such joint, link or element; or a loop closes only as long as the
                 parameter is what it is.
         """
-        from .derivative import Swept, derivatives_of  # Few sweeps are differentiated.
+        from .derivative import derivatives_of  # Few sweeps are differentiated.
+
+        found = derivatives_of(self._swept(parameters), parameters)
+        if len(parameters) > 1 or "*" in parameters[0]:
+            return frozen(found)
+        return found[parameters[0]]
+
+    def gradient(self, weights: Mapping[str, ArrayLike], *parameters: str) -> Mapping[str, float]:
+        """Return how a weighted sum of results changes with numbers that were given.
+
+        It is what `derivative` gives, times the weights, summed up over all samples; but found
+        backwards, so that thousands of parameters take about as long as one. Weights of a function
+        of results are its derivatives by these.
+
+        Args:
+            weights: results to weights, in the shape of the result or one that broadcasts with it:
+                `drive_effort`, or `DRIVE.drive_effort`; `JOINT.force` and `JOINT.moment`, in the
+                joint's axes, or a component such as `JOINT.force_x`; `JOINT.position`, `.velocity`
+                and `.acceleration`; `JOINT.holding_effort`; `COUPLING.coupling_moment`.
+            parameters: one or several, as of `derivative`.
+
+        Returns:
+            Parameter to the derivative [units of results times weights, per its unit].
+
+        Raises:
+            ArgumentError: as `derivative`; weights that are no numbers, or have another shape.
+            ModelError: as `derivative`; no such result, or one that is not unique.
+        """
+        from .derivative import slopes_of
+
+        return slopes_of(self._swept(parameters), weights, parameters)
+
+    def _swept(self, parameters: tuple[object, ...]) -> Swept:
+        """Return what derivatives follow from; errors as of `derivative`."""
+        from .derivative import Swept
 
         if not parameters:
             raise ArgumentError("name the parameters, such as derivative('bearing_in')")
-        of = Swept(
-            problem=self._problem,
-            acting=self._acting,
-            varied=tuple(self._held),
-            motion=self.motion,
-            unique=self.unique,
-            coupling_unique=self.coupling_unique,
-            knows_drives=self._source.drive_effort() is not None,
-            holding=tuple(self.holding_effort),
-        )
-        found = derivatives_of(of, parameters)
-        if len(found) == 1:
-            return found[0]
-        return frozen(dict(zip(parameters, found, strict=True)))
+        uniqueness = self.unique, self.coupling_unique
+        return Swept(self._solver, self._acting, self.motion, *uniqueness)
+
+    @cached_property
+    def _solver(self) -> ProblemSolver:
+        """Solves what was asked, at the same positions of held coordinates."""
+        from ..dynamics.problem_solver import ProblemSolver
+
+        solver = self._solved_by or ProblemSolver(self._problem)
+        return solver.of_varied(tuple(self._held))
 
     def rod_force(self, link: str) -> RodForce:
         """Return the force along a rod between two balls, positive in tension.

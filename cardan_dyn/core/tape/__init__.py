@@ -13,7 +13,7 @@ many samples as there are, `stages` several programs on one block of them. `oper
 primitives that all know; `lowering.c` has their numbers.
 """
 
-from .derivative import derivatives, gradient, tangents
+from .derivative import derivatives, gradient, pulled, tangents
 from .on_machine import machine_is_at_hand
 from .printing import as_c
 from .program import Program
@@ -39,6 +39,7 @@ __all__ = [
     "is_zero",
     "log",
     "machine_is_at_hand",
+    "pulled",
     "select",
     "sin",
     "smaller",

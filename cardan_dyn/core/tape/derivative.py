@@ -72,13 +72,34 @@ def gradient(output: Scalar, wrt: Sequence[Variable]) -> list[Scalar]:
     Raises:
         ArgumentError: as `derivatives`.
     """
-    trace, (end,), starts = _checked([output], wrt)
-    order = reached(trace, [end])
+    return pulled([output], [1.0], wrt)
+
+
+def pulled(
+    outputs: Sequence[Scalar], weights: Sequence[Scalar], wrt: Sequence[Variable]
+) -> list[Scalar]:
+    """Return derivatives of a weighted sum of outputs, backwards, with the weights kept.
+
+    Args:
+        outputs: variables of one trace, and numbers.
+        weights: one for each: variables of the same trace, or numbers.
+        wrt: as of `derivatives`.
+
+    Returns:
+        As `gradient`.
+
+    Raises:
+        ArgumentError: as `derivatives`.
+    """
+    trace, ends, starts = _checked(outputs, wrt)
+    order = reached(trace, ends)
     depends = set(starts)
     for node in order:
         if not depends.isdisjoint(node.arguments):
             depends.add(node.index)
-    adjoints: dict[int, Scalar] = {end: 1.0}
+    adjoints: dict[int, Scalar] = {}
+    for end, weight in zip(ends, weights, strict=True):
+        adjoints[end] = adjoints.get(end, 0.0) + weight
     for node in reversed(order):
         if node.index in adjoints and not depends.isdisjoint(node.arguments):
             own = adjoints[node.index]
@@ -103,8 +124,11 @@ def _factors(node: Variable) -> tuple[Callable[[Scalar], Scalar], ...]:
 
     Products with 0 or 1, as lanes choose, are chosen themselves: the other may be NaN.
     """
-    arguments = [node.trace.scalar(argument) for argument in node.arguments]
-    return _FACTORS[node.operation](node, *arguments)
+    known = node.trace.factors
+    if node.index not in known:
+        arguments = [node.trace.scalar(argument) for argument in node.arguments]
+        known[node.index] = _FACTORS[node.operation](node, *arguments)
+    return known[node.index]
 
 
 _Factors = tuple[Callable[[Scalar], Scalar], ...]

@@ -92,11 +92,14 @@ def live_part(trace: Trace, outputs: Iterable[Scalar], keeps_inputs: bool = Fals
 
 def reached(trace: Trace, ends: Iterable[int]) -> list[Variable]:
     """Return the nodes that some depend on, with these, each after its arguments."""
-    found = bytearray(len(trace.nodes))
-    for end in ends:
+    own = [*ends]
+    # What was written down later is no argument of them.
+    last = max(own, default=-1) + 1
+    found = bytearray(last)
+    for end in own:
         found[end] = True
     result: list[Variable] = []
-    for node in reversed(trace.nodes):
+    for node in reversed(trace.nodes[:last]):
         if found[node.index]:
             result.append(node)
             for argument in node.arguments:

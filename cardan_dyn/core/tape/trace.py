@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import gc
 from collections import defaultdict
+from collections.abc import Callable
 from numbers import Real
 from typing import Any, TypeAlias
 
@@ -170,6 +171,7 @@ class Trace:
         nodes: the variable of each node.
         constants: nodes to the values of those that are constants.
         inputs: names of inputs to their variables, in the order of their creation.
+        factors: nodes to the derivatives by their arguments that are known, see `derivative`.
     """
 
     def __init__(self) -> None:
@@ -177,6 +179,7 @@ class Trace:
         self.constants: dict[int, float] = {}
         self.inputs: dict[str, Variable] = {}
         self._known: dict[str, dict[tuple[int, ...], int]] = defaultdict(dict)
+        self.factors: dict[int, tuple[Callable[[Scalar], Scalar], ...]] = {}
         self._of_numbers: dict[float | str, Variable] = {}
         self._shadows: list[Any] = []
         self._given: dict[int, Any] = {}

@@ -1,0 +1,78 @@
+"""Pushing: how what elements exert changes along a motion and with a number."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kit.arrays import Array
+from ...kit.differences import slope
+from ..elements.element import Element
+from ..elements.element_forces import Acted, ElementForces
+from ..mechanism.mechanism import Mechanism
+from .parameters import OfElement, OfOrigin, Parameter
+
+
+class Pushing(NamedTuple):
+    """What elements exert at samples.
+
+    Attributes:
+        mechanism: on which.
+        elements: all of them.
+        x, v: `(n, size)` and `(n, nv)` of the samples; angles count whole turns.
+        time: `(n,)` or `(1,)`.
+    """
+
+    mechanism: Mechanism
+    elements: tuple[Element, ...]
+    x: Array
+    v: Array
+    time: Array
+
+    def acted(self) -> Acted:
+        """Return what they exert."""
+        return ElementForces(self.mechanism, self.elements).at(self.x, self.v, self.time)
+
+    def rows(self) -> Array:
+        """Return it as rows `(k, n)`, in the order of `Prescribed`: efforts, wrenches on links."""
+        acted = self.acted()
+        every = [acted.efforts]
+        every += [part for wrench in acted.wrenches for part in (wrench.force, wrench.moment)]
+        count = len(acted.efforts)
+        return np.concatenate([np.broadcast_to(part, (count, part.shape[1])).T for part in every])
+
+    def change(self, parameter: Parameter | None, x: Array, v: Array) -> Array:
+        """Return how the rows change with a parameter, or while the samples alone do.
+
+        Args:
+            parameter: which, if any.
+            x: how coordinates change, `(n, size)`.
+            v: how velocities do.
+        """
+        # In units of what the farthest goes.
+        coordinates = self.mechanism.coordinates
+        scale, rate_scale = coordinates.scale, 1.0 / coordinates.rate_scale
+        fastest = np.maximum(1.0, np.abs(self.v * rate_scale).max(axis=1, initial=0.0))
+        ways = np.abs(x * scale).max(axis=1, initial=0.0)
+        far = np.maximum(ways, np.abs(v * rate_scale).max(axis=1, initial=0.0) / fastest)
+        if isinstance(parameter, OfOrigin):
+            far[:] = np.max(far, initial=1.0 / parameter.unit)
+        far[far == 0.0] = 1.0
+
+        def moved(at: float) -> Array:
+            by = (at / far)[:, None]
+            result = self._replace(x=self.x + by * x, v=self.v + by * v)
+            if isinstance(parameter, OfOrigin):
+                result = result._replace(mechanism=parameter.displaced(at / float(far[0])))
+            return result.rows()
+
+        moves = np.any(x) or np.any(v) or isinstance(parameter, OfOrigin)
+        change = slope(moved) * far if moves else np.zeros_like(self.rows())
+        if isinstance(parameter, OfElement):
+            more, less = (
+                self._replace(elements=parameter.among(self.elements, end)).rows()
+                for end in parameter.ends
+            )
+            change += (more - less) / parameter.step
+        return change

@@ -1,0 +1,81 @@
+"""Derived: whether balances hold for derivatives of a result, too.
+
+The text of the proof is differentiated along the derivatives that are claimed. A number of the
+description or of an element besides changes it itself, of which nodes and weights are known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import chain
+
+import numpy as np
+
+from ...kit.arrays import Array
+from ...kit.differences import slope
+from ..tape import Program, Scalar, Trace, tangents
+from .element_loads import ElementLoads
+from .free_bodies import FreeBodies
+from .residuals import Claim
+from .samples import Rows, Sample
+
+
+def derived_errors(
+    bodies: FreeBodies, claim: Claim, rates: Claim, others: Sequence[tuple[FreeBodies, float]]
+) -> tuple[float, float]:
+    """Return the greatest rates at which what should be zero grows: of positions, of wrenches.
+
+    Args:
+        bodies: of the description.
+        claim: a result.
+        rates: how it is claimed to change, in arrays of the same shapes.
+        others: bodies of other numbers, and weights, with which what they are off by at the same
+            result adds up to the derivative by a number.
+    """
+    exerted = bodies.exerted(claim)
+    rows, changes = Rows(claim, exerted), Rows(rates, _changed(bodies, claim, rates, exerted))
+    acting = rows.acting() | changes.acting()
+    (moved,) = acting.nonzero()
+    with Trace() as trace:
+        variables = rows.variables(trace)
+        own = [x if acts else 0.0 for x, acts in zip(variables, acting, strict=True)]
+        errors = _errors(bodies, rows.sample(own, bodies.frames))
+        ways = {variables[k]: trace.input(f"by {k}", 0.0) for k in moved}
+        sizes = [len(each) for each in errors]
+        program = Program(trace, tangents([*chain(*errors)], ways), keeps_inputs=True)
+    shape = rows.count
+    every = np.concatenate([np.broadcast_to(part, (len(part), shape)) for part in changes.parts])
+    result = program.run_rows([*rows.parts, every[moved]], shape)
+    for other, weight in others:
+        of = Rows(claim, other.exerted(claim))
+        found = chain(*_errors(other, of.sample(of.scalars, other.frames)))
+        for row, value in zip(result, found, strict=True):
+            row += weight * value
+    openings, imbalances = np.split(np.abs(result), sizes[:1])
+    return float(openings.max(initial=0.0)), float(imbalances.max(initial=0.0))
+
+
+def _errors(bodies: FreeBodies, sample: Sample) -> tuple[list[Scalar], list[Scalar]]:
+    return bodies.openings(sample), bodies.imbalances(sample)
+
+
+def _changed(
+    bodies: FreeBodies, claim: Claim, rates: Claim, exerted: ElementLoads | None
+) -> ElementLoads | None:
+    """Return how what elements exert changes along a result; None without elements."""
+    if exerted is None:
+        return None
+    far = np.maximum(np.abs(rates.x).max(axis=1), np.abs(rates.v).max(axis=1))
+    far[far == 0.0] = 1.0
+
+    def moved(at: float) -> Array:
+        by = (at / far)[:, None]
+        found = bodies.exerted(claim._replace(x=claim.x + by * rates.x, v=claim.v + by * rates.v))
+        assert found is not None
+        every = [wrench.reshape(6, -1) for _, wrench in found.wrenches]
+        return np.concatenate([found.efforts, *every])
+
+    change, count = slope(moved) * far, len(exerted.efforts)
+    wrenches = change[count:].reshape(len(exerted.wrenches), 2, 3, -1)
+    own = zip([body for body, _ in exerted.wrenches], wrenches, strict=True)
+    return ElementLoads(change[:count], list(own), exerted.terms)
