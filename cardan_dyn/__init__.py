@@ -66,11 +66,14 @@ if TYPE_CHECKING:
     from .scene.drives import Drive, Drives
     from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
-    from .scene.scene import Scene
+    from .scene.scene import Scene, TaskScene
+    from .scene.task_sweep import TaskSweep
+    from .scene.tasks import AngleTask, PointTask, PoseTask
 
 _MODULES = {
     "AccuracyError": ".kit.errors",
     "Actuator": ".core.elements.joint_elements",
+    "AngleTask": ".scene.tasks",
     "ArgumentError": ".kit.errors",
     "AssembledPositions": ".core.dynamics.problem_solver",
     "AssemblyError": ".kit.errors",
@@ -106,6 +109,8 @@ _MODULES = {
     "PointMotion": ".core.results.point_motion",
     "PointActuator": ".core.elements.point_actuator",
     "PointSpring": ".core.elements.point_spring",
+    "PointTask": ".scene.tasks",
+    "PoseTask": ".scene.tasks",
     "Report": ".practice.report.reporting",
     "Response": ".core.response.response",
     "RodForce": ".core.results.rods",
@@ -113,6 +118,8 @@ _MODULES = {
     "SimulationError": ".kit.errors",
     "SingularConfigurationError": ".kit.errors",
     "Sweep": ".core.results.sweep",
+    "TaskScene": ".scene.scene",
+    "TaskSweep": ".scene.task_sweep",
     "Trajectory": ".motion.simulation.trajectory",
     "VibrationError": ".kit.errors",
     "View": ".practice.viewer.viewing",
@@ -136,6 +143,7 @@ print their help load neither Pinocchio nor NumPy, and scripts load what they us
 __all__ = [
     "AccuracyError",
     "Actuator",
+    "AngleTask",
     "ArgumentError",
     "AssembledPositions",
     "AssemblyError",
@@ -171,6 +179,8 @@ __all__ = [
     "PointActuator",
     "PointMotion",
     "PointSpring",
+    "PointTask",
+    "PoseTask",
     "Report",
     "Response",
     "RodForce",
@@ -178,6 +188,8 @@ __all__ = [
     "SimulationError",
     "SingularConfigurationError",
     "Sweep",
+    "TaskScene",
+    "TaskSweep",
     "Trajectory",
     "VibrationError",
     "View",
