@@ -127,10 +127,11 @@ class TaskSweep(Sweep):
         others = [name for name in actuated if name not in sweep.drives]
         if others:
             # Rates of all actuated joints per unit of each drive: they transmit efforts as well.
-            each = [
-                [sweep.motion.ratio(name, k) for name in actuated] for k in range(len(sweep.drives))
+            ratio = sweep.motion.ratio
+            of_each = [
+                np.stack([ratio(name, drive) for name in actuated], -1) for drive in sweep.drives
             ]
-            rates = np.moveaxis(np.array(each), (0, 1), (-1, -2))
+            rates = np.stack(of_each, -1)
             weighed = rates / np.array([weights[name] for name in actuated])[:, None]
             needed = np.moveaxis(rates, -1, -2) @ weighed
             effort = sweep.drive_effort.reshape(*sweep.shape, -1, 1)
