@@ -224,7 +224,7 @@ def _within(angles: Array) -> Array:
 def followers(
     mechanism: Mechanism, tasks: Iterable[Task], start: Configuration
 ) -> tuple[Mechanism, list[Block]]:
-    """Return a mechanism whose drives follow tasks, without masses, and which drives these are.
+    """Return a mechanism with drives that follow tasks, and which drives these are.
 
     Args:
         mechanism: the mechanism that has the tasks.
@@ -237,8 +237,7 @@ def followers(
     described = mechanism.base.description
     items = *described.links, *described.joints_and_loops, *described.couplings
     taken = {*(item.name for item in items), *described.fixed_frames}
-    massless = [LinkDescription(link.name) for link in described.links]
-    joints, loops = list(described.joints), list(described.loops)
+    links, joints, loops = [*described.links], [*described.joints], [*described.loops]
     blocks = []
     for task in tasks:
         if isinstance(task, str):
@@ -253,15 +252,15 @@ def followers(
             )
         chain = _Chain(described, task, start, taken)
         joints += chain.joints
-        massless += [LinkDescription(item.child) for item in chain.joints]
+        links += [LinkDescription(item.child) for item in chain.joints]
         loops.append(chain.loop)
         blocks.append(chain.block(mechanism.placements_at_zero[body - 1] * frame))
     extended = replace(
         described,
-        links=tuple(massless),
-        joints=tuple(replace(item, armature=()) for item in joints),
+        links=tuple(links),
+        joints=tuple(joints),
         order=(*described.order, *(item.name for item in joints[len(described.joints) :])),
-        loops=tuple(replace(item, armature=()) for item in loops),
+        loops=tuple(loops),
         independent_joints=(),
         source=None,  # Its numbers are not those of a text.
         added="",
