@@ -131,7 +131,7 @@ class TaskMotion(Frozen):
             except SingularConfigurationError as error:
                 refused = refused or error
         assert refused is not None
-        raise _told_second(refused, followed) from refused
+        raise refused
 
     def reachable(self, position: object, held: object) -> Array:
         """Return at which rows the mechanism can be, see `Scene.reachable`."""
@@ -180,13 +180,9 @@ class TaskMotion(Frozen):
             raise self._told(error, given, targets) from error
         ratios = VelocityRatios(np.zeros((len(x), 0)), np.zeros((0, 0), dtype=int))
         where = x, assembled.turns, (v, a, ratios), targets.shape
-        position, speed, acceleration = (
-            np.array(np.broadcast_to(each, (*targets.shape, len(self.rows))))
-            for each in (given, *rates)
-        )
         condition = partial(_condition, solver, assembled, x)
         return Followed(
-            Given(self.rows, position, speed, acceleration, condition),
+            Given(self.rows, given, *rates, condition),
             Motion(problem.mechanism, problem.independent, *where),
             held,
         )
@@ -302,7 +298,18 @@ class TaskMotion(Frozen):
                 shaped = every[:, theirs].reshape(*motion.shape, -1)
                 ours[:, own] = flat(shaped, shape, trailing=1)
             x[:, given], turns[:, given] = targets.prescribed, 0.0
-            return sweep_of(solver, solver.assembled_near(targets, x, turns), acting)
+            try:
+                return sweep_of(solver, solver.assembled_near(targets, x, turns), acting)
+            except SingularConfigurationError as error:
+                if error.sample is None:
+                    raise
+                where = flat(followed.given.position, shape, trailing=1)[error.sample]
+                raise SingularConfigurationError(
+                    f"the task is at {as_text(where)} (sample {error.sample}) in {_SECOND} "
+                    f"(condition {error.condition:.1e}): {error.finding}; leave it out, or actuate "
+                    "other joints",
+                    **{**error.details, "position": as_position(where)},
+                ) from error
 
         return TaskSweep.of(followed.given, self.actuated, self.weights, solved, acting)
 
@@ -390,19 +397,6 @@ def solvers(problem: Problem, like: ProblemSolver | None = None) -> Iterator[Pro
         yield solver
     if not found:
         raise refused
-
-
-def _told_second(error: SingularConfigurationError, followed: Followed) -> CardanError:
-    """Return the error of a machine in terms of the task."""
-    if error.sample is None:
-        return error
-    at = followed.given.position.reshape(-1, len(followed.given.rows))
-    where = as_text(at[error.sample]) if error.sample < len(at) else f"sample {error.sample}"
-    return SingularConfigurationError(
-        f"the task is at {where} (sample {error.sample}) in {_SECOND} (condition "
-        f"{error.condition:.1e}): {error.finding}; leave it out, or actuate other joints",
-        **error.details,
-    )
 
 
 def listed(mechanism: Mechanism, given: object) -> tuple[Task, ...]:

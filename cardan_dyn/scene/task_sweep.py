@@ -14,7 +14,7 @@ from ..core.problem.acting import Acting
 from ..core.results.motion import Motion
 from ..core.results.sweep import Sweep
 from ..core.results.table import Table, Variable
-from ..kit.arrays import Array
+from ..kit.arrays import Array, spread
 from ..kit.errors import IndeterminateError, choices
 from ..kit.frozen import frozen, made, read_only
 
@@ -27,7 +27,7 @@ class Given(NamedTuple):
 
     Attributes:
         rows: their names.
-        position, speed, acceleration: `(..., m)`.
+        position, speed, acceleration: `(..., m)`, which broadcast with the samples.
         condition: condition number of following them, or what returns it.
     """
 
@@ -162,20 +162,24 @@ class TaskSweep(Sweep):
             proven=sweep._proven,
         )
 
-    @property
+    @cached_property
     def task_position(self) -> Array:
         """Positions of the rows `(N, m)` [rad or m]."""
-        return self._given.position
+        return self._spread(self._given.position)
 
-    @property
+    @cached_property
     def task_speed(self) -> Array:
         """Their speeds `(N, m)` [rad/s or m/s]."""
-        return self._given.speed
+        return self._spread(self._given.speed)
 
-    @property
+    @cached_property
     def task_acceleration(self) -> Array:
         """Their accelerations `(N, m)` [rad/s² or m/s²]."""
-        return self._given.acceleration
+        return self._spread(self._given.acceleration)
+
+    def _spread(self, values: Array) -> Array:
+        """Return values of rows in the shape of the samples."""
+        return read_only(np.array(spread(values, (*self.shape, len(self.rows)))))
 
     @cached_property
     def task_condition(self) -> Array:
@@ -185,7 +189,8 @@ class TaskSweep(Sweep):
         `condition` does towards those of the second kind. See there for how it counts.
         """
         condition = self._given.condition
-        return read_only(condition() if callable(condition) else condition)
+        values = condition() if callable(condition) else condition
+        return read_only(spread(values, self.shape))
 
     @cached_property
     def actuated_effort(self) -> Mapping[str, Array]:

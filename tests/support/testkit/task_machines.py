@@ -7,17 +7,18 @@ import numpy as np
 from cardan_dyn.kit.arrays import Array
 
 X, Y, Z = np.eye(3)
+HERE = np.zeros(3)
 
 
 def numbers(values: Array) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 
-def origin(place: Array, turn: Array = np.zeros(3)) -> str:
+def origin(place: Array, turn: Array = HERE) -> str:
     return f'<origin xyz="{numbers(place)}" rpy="{numbers(turn)}"/>'
 
 
-def link(name: str, mass: float = 0.0, centre: Array = np.zeros(3), inertia: Array = X) -> str:
+def link(name: str, mass: float = 0.0, centre: Array = HERE, inertia: Array = X) -> str:
     """Inertia `(3,)` about the centre: xx, yy, zz."""
     if not mass:
         return f'<link name="{name}"/>'
