@@ -6,6 +6,7 @@ import math
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
@@ -196,6 +197,11 @@ class Scene(Prescribed):
             raise ArgumentError(
                 "drive and task both say what moves as given: name driven coordinates among the "
                 "task, as in task=[cd.PointTask('tip'), 'slewing']"
+            )
+        if has_task and actuated is None and not getattr(mechanism, "independent_joints", True):
+            raise MobilityError(
+                f"{mechanism.name}: name the joints whose efforts make the motion of the task, "
+                f"actuated=[...]; joints: {choices(mechanism.drivable)}"
             )
         problem = checked(
             mechanism,
@@ -786,6 +792,7 @@ class TaskScene(Scene):
         """Take tasks, and a problem that all actuated joints drive."""
         from .task_motion import TaskMotion, listed, solvers  # Most scenes have no task.
 
+        problem = replace(problem, listed=True)
         solver = next(solvers(problem, None if like is None else like.machine))
         tasks = listed(problem.mechanism, task)
         self._take_moved(TaskMotion(solver, tasks, problem.independent, weights, like))

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -331,9 +331,9 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
     if len(rows) != mobility:
         apart = abs(len(rows) - mobility)
         advice = (
-            f"{apart} too few: add points, angles or names of coordinates, or hold {apart} joints"
+            f"{apart} too few: add axes of points, angles or names of coordinates, or hold joints"
             if len(rows) < mobility
-            else f"{apart} too many: leave {apart} out, such as axes of points"
+            else f"{apart} too many: leave out what it cannot be given, such as axes of points"
         )
         raise MobilityError(
             f"{name}: its motion has {mobility} degrees of freedom, and the task {len(rows)} rows "
@@ -342,13 +342,18 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
         )
     closing = {loop.joint for loop in mechanism.loops}
     added = mechanism.joints.keys() - of.mechanism.joints.keys() - closing
-    near = {key: at for key, at in start.items() if key not in of.held}
+    near: dict[str, Any] = {**dict.fromkeys(added, 0.0), **of.held}
+    for joint, at in start.items():
+        # By its coordinates, where these make turns of a ball.
+        each, values = of.mechanism.joints[joint].coordinates, np.ravel(at)
+        turns = len(each) == len(values) > 1
+        near = {**(dict(zip(each, values, strict=True)) if turns else {joint: at}), **near}
     try:
         problem = checked(
             mechanism,
             drive=[drive for block in blocks for drive in block.drives],
             held=of.held,
-            near={**near, **dict.fromkeys(added, 0.0)},
+            near=near,
             outputs=(),
         )
         solver = ProblemSolver(problem)
@@ -359,10 +364,13 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
             **error.details,
         ) from error
     except MobilityError as error:
+        # What follows the tasks is no business of users.
+        free = [key for key in error.free if key in of.mechanism.drivable]
+        left = f", and leave {choices(free)} undecided" if free else ""
         raise MobilityError(
-            f"{name}: the rows of the task ({named}) are dependent, so that they do not decide the "
-            f"motion: {error}",
-            **{**error.details, "mobility": mobility},
+            f"{name}: the rows of the task ({named}) depend on each other{left}; give others",
+            mobility=mobility,
+            free=free,
         ) from error
     return blocks, solver
 

@@ -164,22 +164,23 @@ class TaskSweep(Sweep):
 
     @cached_property
     def task_position(self) -> Array:
-        """Positions of the rows `(N, m)` [rad or m]."""
+        """Positions of the rows `(N, m)` [rad or m]; `(N,)` of a single one."""
         return self._spread(self._given.position)
 
     @cached_property
     def task_speed(self) -> Array:
-        """Their speeds `(N, m)` [rad/s or m/s]."""
+        """Their speeds [rad/s or m/s], like `task_position`."""
         return self._spread(self._given.speed)
 
     @cached_property
     def task_acceleration(self) -> Array:
-        """Their accelerations `(N, m)` [rad/s² or m/s²]."""
+        """Their accelerations [rad/s² or m/s²], likewise."""
         return self._spread(self._given.acceleration)
 
     def _spread(self, values: Array) -> Array:
-        """Return values of rows in the shape of the samples."""
-        return read_only(np.array(spread(values, (*self.shape, len(self.rows)))))
+        """Return values `(..., m)` in the shape of the samples, without an axis for one row."""
+        every = np.array(spread(values, (*self.shape, len(self.rows))))
+        return read_only(every[..., 0] if len(self.rows) == 1 else every)
 
     @cached_property
     def task_condition(self) -> Array:
@@ -218,7 +219,7 @@ class TaskSweep(Sweep):
                 f"task_{name}",
                 Variable(
                     dims,
-                    getattr(self, f"task_{name}"),
+                    getattr(self, f"task_{name}").reshape(*self.shape, -1),
                     tuple(unit + rate for unit in units),
                     f"{name} of the task",
                     True,
@@ -233,7 +234,7 @@ class TaskSweep(Sweep):
         drivable = self.mechanism.drivable
         if row in drivable:
             return drivable[row].unit
-        return "rad" if ".turn_" in row else "m"
+        return "rad" if row.rpartition(".")[2].startswith("turn_") else "m"
 
 
 def _loaded(acting: Acting, more: Mapping[str, Array | float]) -> Acting:

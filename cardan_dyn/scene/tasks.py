@@ -36,7 +36,8 @@ _AXES = "xyz"
 class PointTask(Record):
     """A point of a link moves as given, in world axes; the link may turn about it.
 
-    Its rows are the point's coordinates [m], in the order of `axes`.
+    Its rows are the point's coordinates [m], in the order of `axes`. They are called `link.x` and so
+    on, `link.x_2` where there is one already.
 
     Attributes:
         link: name of a link; or else of a `fixed` joint, of a site of MJCF or a frame of SDF,
@@ -57,11 +58,6 @@ class PointTask(Record):
         object.__setattr__(self, "point", vector("PointTask: point", self.point, 3))
         object.__setattr__(self, "axes", _axes("PointTask: axes", self.axes))
         super().__post_init__()
-
-    @property
-    def rows(self) -> tuple[str, ...]:
-        """Names of its rows."""
-        return tuple(f"{self.link}.{axis}" for axis in self.axes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,12 +80,6 @@ class PoseTask(Record):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "link", text("PoseTask: link", self.link))
-
-    @property
-    def rows(self) -> tuple[str, ...]:
-        """Names of its rows."""
-        names = (*_AXES, *(f"turn_{axis}" for axis in _AXES))
-        return tuple(f"{self.link}.{name}" for name in names)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,11 +106,6 @@ class AngleTask(Record):
         if len(axis) > 1:
             raise ArgumentError(f"AngleTask: axis is {axis!r}, expected x, y or z")
         object.__setattr__(self, "axis", axis)
-
-    @property
-    def rows(self) -> tuple[str, ...]:
-        """Names of its rows."""
-        return (f"{self.link}.turn_{self.axis}",)
 
 
 KINDS = (PointTask, PoseTask, AngleTask)
@@ -237,6 +222,7 @@ def followers(
     described = mechanism.base.description
     items = *described.links, *described.joints_and_loops, *described.couplings
     taken = {*(item.name for item in items), *described.fixed_frames}
+    taken |= mechanism.drivable.keys() | mechanism.base.drivable.keys()
     links, joints, loops = [*described.links], [*described.joints], [*described.loops]
     blocks = []
     for task in tasks:
@@ -255,6 +241,8 @@ def followers(
         links += [LinkDescription(item.child) for item in chain.joints]
         loops.append(chain.loop)
         blocks.append(chain.block(mechanism.placements_at_zero[body - 1] * frame))
+    if len(loops) == len(described.loops):
+        return mechanism, blocks
     extended = replace(
         described,
         links=tuple(links),
@@ -318,7 +306,7 @@ class _Chain:
         link, frame = described.fixed_frames.get(task.link, (task.link, IDENTITY))
         axis = np.eye(3)[0]
         self.loop = LoopDescription(
-            unique(f"{task.rows[0]} follower", taken),
+            unique(f"{self.joints[0].name} follower", taken),
             "spherical" if isinstance(task, PointTask) else "fixed",
             *(self._last, link, before, frame @ after, axis, axis),
         )
@@ -340,9 +328,9 @@ class _Chain:
         at = self._at[[_AXES.index(axis) for axis in self._given]]
         if isinstance(task, PoseTask):
             turned = pinocchio.Quaternion(self._rotation).coeffs()
-            return Block(task.rows, tuple(names), np.append(at, np.zeros(3)), turned)
+            return Block(tuple(names[:6]), tuple(names), np.append(at, np.zeros(3)), turned)
         if isinstance(task, PointTask):
-            return Block(task.rows, tuple(names[: len(at)]), at)
+            return Block(given := tuple(names[: len(at)]), given, at)
         turn = pinocchio.Quaternion(self._rotation @ zero.rotation.T).coeffs()
         angle = 2.0 * np.arctan2(turn[_AXES.index(task.axis)], turn[3])
-        return Block(task.rows, (names[3],), np.array([_within(angle)]))
+        return Block((names[3],), (names[3],), np.array([_within(angle)]))
