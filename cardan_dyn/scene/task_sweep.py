@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
@@ -267,13 +268,12 @@ def _unique(
     of_drives = np.zeros(len(sweep.drives), dtype=bool)
     for name in others:
         changed = solved(_loaded(acting, {name: 1.0}))
-        every = np.stack(
-            [
-                np.concatenate([after.force - before.force, after.moment - before.moment], axis=-1)
-                for after, before in zip(changed.values(), sweep.values(), strict=True)
-            ]
-        )
-        sizes = np.abs(every).reshape(len(every), -1, 6).max(axis=1)
+        pairs = zip(changed.values(), sweep.values(), strict=True)
+        every = [
+            np.concatenate([after.force - before.force, after.moment - before.moment], axis=-1)
+            for after, before in pairs
+        ]
+        sizes = np.abs(every).reshape(len(every), math.prod(sweep.shape), 6).max(axis=1)
         unique &= sizes <= UNIQUE_TOLERANCE * sizes.max(initial=0.0)
         turned = np.abs(rates[..., actuated.index(name), :]).reshape(-1, len(of_drives)).max(axis=0)
         of_drives |= turned > UNIQUE_TOLERANCE * turned.max(initial=0.0)

@@ -36,8 +36,8 @@ _AXES = "xyz"
 class PointTask(Record):
     """A point of a link moves as given, in world axes; the link may turn about it.
 
-    Its rows are the point's coordinates [m], in the order of `axes`. They are called `link.x` and so
-    on, `link.x_2` where there is one already.
+    Its rows are the point's coordinates [m], in the order of `axes`. They are called `link.x` and
+    so on, `link.x_2` where there is one already.
 
     Attributes:
         link: name of a link; or else of a `fixed` joint, of a site of MJCF or a frame of SDF,

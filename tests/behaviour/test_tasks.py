@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -332,3 +335,226 @@ def test_rates_are_right_where_cardan_angles_lock(turn: tuple[float, float, floa
     assert turned.magnitude() < 1e-14 * scale
     assert hand.angular_velocity[0] == pytest.approx(rate[3:], abs=1e-14 * scale)
     assert hand.angular_acceleration[0] == pytest.approx(more[3:], abs=1e-13 * scale)
+
+
+def test_rows_of_any_kind_meet() -> None:
+    start = machines.five_bar_start()
+    tasks = {
+        "load.x d2.y": [cd.PointTask("load", axes="x"), cd.PointTask("d2", (0.25, 0, 0), axes="y")],
+        "load.y load.x": cd.PointTask("load", axes="yx"),
+        "tip.x tip.y": cd.PointTask("tip", axes="xy"),  # The joint that fixes it.
+        "m1 load.x": ["m1", cd.PointTask("load", axes="x")],
+        "d1.turn_z load.y": [cd.AngleTask("d1"), cd.PointTask("load", axes="y")],
+        "load.x load.x_2": [cd.PointTask("load", axes="x"), cd.PointTask("load", (0, 0.1, 0), "x")],
+    }
+    reference = five_bar().sweep(*circle(TIMES))
+    elbow = reference.motion.position("m1") + reference.motion.position("e1")
+    zero = five_bar().machine.mechanism  # Where d1 points along x.
+    assert zero.placements_at_zero[0].rotation[0, 0] == 1.0
+    x, y = circle(TIMES)[0].T
+    higher = reference.point("load", (0, 0.1, 0)).position[:, 0]
+    values = {"load.x": x, "tip.x": x, "load.y": y, "tip.y": y, "d2.y": y, "load.x_2": higher}
+    values |= {"m1": reference.position[:, 0], "d1.turn_z": elbow}
+    for rows, task in tasks.items():
+        scene = five_bar(task=task, near=start)
+        assert scene.rows == tuple(rows.split())
+        sweep = scene.sweep(np.stack([values[row] for row in scene.rows], axis=-1))
+        lost = 1e-14 * sweep.task_condition.max()
+        assert sweep.position == pytest.approx(reference.position, abs=lost)
+
+
+def test_a_single_row() -> None:
+    """The ram of a press: its crank, and what happens at its dead points."""
+    scene = cd.Scene(
+        cd.load("slider_crank"),
+        task=cd.PointTask("piston", axes="x"),
+        actuated="crank_bearing",
+        near={"crank_bearing": 0.5},
+        loads={"piston_guide": -100.0},
+    )
+    low, high = scene.motion_range()
+    ram = np.linspace(low, high, 11)[1:-1]
+    sweep = scene.sweep(ram, speed=0.2)
+    assert sweep.task_position.shape == sweep.position.shape == (9,)
+    assert sweep.point("piston").position[:, 0] == pytest.approx(ram, abs=1e-15)
+    assert scene.sweep(ram).drive_effort * sweep.speed == pytest.approx(100.0 * 0.2, rel=1e-11)
+    assert scene.sweep(ram[:, None]).shape == (9,)
+    assert scene.sweep(ram[3]).shape == (1,)
+    with pytest.raises(cd.SingularConfigurationError, match="first kind") as ended:
+        scene.sweep([ram[2], high], speed=1.0)
+    assert ended.value.sample == 1
+    with pytest.raises(cd.AssemblyError, match="out of reach") as beyond:
+        scene.sweep(high + 0.01)
+    assert beyond.value.nearest == pytest.approx(high, abs=1e-6)
+
+
+def test_designs_loads_and_speeds_broadcast() -> None:
+    scene = cd.Scene(
+        cd.load("universal_joint"),
+        drive="bearing_out",
+        actuated="bearing_in",
+        held={"joint_angle": 0.5},
+    )
+    turn, bends = np.linspace(0.0, 12.0, 7), np.array([0.2, 0.5])[:, None]
+    torque = np.array([-100.0, 50.0])[:, None, None]
+    sweep = scene.sweep(turn, 3.0, held={"joint_angle": bends}, loads={"bearing_out": torque})
+    assert sweep.shape == sweep.task_position.shape == sweep.task_condition.shape == (2, 2, 7)
+    assert sweep.task_speed[1, 0, 3] == 3.0
+    # Backwards through a joint the roles of its shafts are exchanged, a quarter of a turn on.
+    square = np.cos(bends) / (1.0 - np.sin(bends) ** 2 * np.sin(turn) ** 2)
+    assert sweep.speed == pytest.approx(np.broadcast_to(3.0 * square, (2, 2, 7)), rel=1e-13)
+    still = scene.sweep(turn, held={"joint_angle": bends}, loads={"bearing_out": torque})
+    assert still.drive_effort * sweep.speed == pytest.approx(-3.0 * torque + 0.0 * sweep.speed)
+    frame = sweep.to_xarray()
+    assert frame.task_position.dims == ("sample_0", "sample_1", "sample_2", "task")
+    assert frame.task_position.attrs["units"] == "rad"
+
+
+def test_more_actuated_joints_than_decide_the_motion() -> None:
+    joints = ["m1", "m2", "e1"]
+    scene = five_bar(actuated=joints)
+    shared, alone = scene.sweep(*circle(TIMES)), five_bar().sweep(*circle(TIMES))
+    assert not any(shared.actuated_unique.values())
+    assert alone.actuated_unique == {"m1": True, "m2": True}
+    # Virtual work leaves a line of efforts, of which the nearest to zero is taken.
+    rates = np.stack([[shared.motion.ratio(n, k) for n in joints] for k in shared.drives], -1)
+    rates = np.moveaxis(rates, 1, 0)
+    efforts = np.stack([shared.actuated_effort[name] for name in joints], -1)
+    null = np.linalg.svd(np.moveaxis(rates, -1, -2))[2][:, -1]
+    assert np.einsum("na,na->n", null, efforts) == pytest.approx(0.0, abs=1e-12)
+    speeds = np.stack([shared.motion.velocity(name) for name in joints], -1)
+    power = np.sum(alone.drive_effort * alone.speed, axis=-1)
+    assert np.sum(efforts * speeds, axis=-1) == pytest.approx(power, abs=1e-12)
+    # Wrenches are those of these efforts, and what depends on the sharing is not unique.
+    loads = {name: shared.actuated_effort[name] for name in joints if name not in shared.drives}
+    other = scene.machine.sweep(shared.position, shared.speed, shared.acceleration, loads=loads)
+    assert other["pin"].force == pytest.approx(shared["pin"].force, abs=1e-12)
+    assert alone["pin"].unique[0]
+    assert not shared["pin"].unique[0]
+    # A weight that forbids a joint to take part, and other drives where some do not decide.
+    heavy = scene.replace(effort_weights={"e1": 1e14}).sweep(*circle(TIMES))
+    assert heavy.actuated_effort["m2"] == pytest.approx(alone.actuated_effort["m2"], abs=1e-9)
+    level = [[0.0, np.sqrt(0.2**2 - 0.15**2)]]
+    assert scene.sweep(level).condition < 100.0
+    with pytest.raises(cd.IndeterminateError, match="leave open"):
+        five_bar(actuated=joints, strict=True, outputs=[]).sweep(level)
+
+
+def test_a_floating_base_and_a_foot() -> None:
+    parts = [machines.link("ground"), machines.link("torso", 10.0, machines.HERE, np.ones(3))]
+    parts += [machines.link(n, 2.0, -0.2 * machines.Z, 0.1 * np.ones(3)) for n in ("thigh", "calf")]
+    parts.append(machines.joint("base", "floating", "ground", "torso", machines.HERE, machines.X))
+    parts.append(machines.joint("hip", "continuous", "torso", "thigh", machines.HERE, machines.Y))
+    knee = -0.4 * machines.Z
+    parts.append(machines.joint("knee", "continuous", "thigh", "calf", knee, machines.Y))
+    walker = cd.load(machines.robot("walker", *parts))
+    base = [f"base.{name}" for name in ("x", "y", "z", "turn_x", "turn_y", "turn_z")]
+    near = {"hip": 0.3, "knee": -0.6}
+    task = [*base, cd.PointTask("calf", knee, axes="xz")]
+    scene = cd.Scene(walker, task=task, actuated=[*base, "hip", "knee"], near=near)
+    sweep = scene.sweep([[0.1, 0.0, 0.05, 0.2, -0.1, 0.3, 0.1, -0.7]])
+    foot = sweep.point("calf", knee).position[0]
+    assert foot[[0, 2]] == pytest.approx([0.1, -0.7], abs=1e-14)
+    # With a foot that is held on the ground, the leg and the ground's hinge move the torso.
+    standing = cd.close(
+        walker, "ground", "calf", "revolute", at_b=knee, axis=machines.Y, name="toe"
+    )
+    task = [cd.PointTask("torso", axes="xz"), cd.AngleTask("torso", "y")]
+    scene = cd.Scene(standing, task=task, actuated=["hip", "knee", "toe"], near=near)
+    sweep = scene.sweep([[0.05, -0.02, 0.1]], gravity=(0.0, 0.0, -9.81))
+    torso = sweep.point("torso")
+    assert torso.position[0] == pytest.approx([0.05, 0.0, -0.02], abs=1e-14)
+    assert torso.orientation[0, 0, 2] == pytest.approx(np.sin(0.1), abs=1e-14)
+    assert sweep.balance_residual < 1e-13
+
+
+def test_scenes_and_sweeps_are_kept() -> None:
+    scene = five_bar(elements=[cd.JointSpring("e1", 10.0, 0.1)])
+    sweep = scene.sweep(*circle(TIMES))
+    for other in copy.deepcopy(scene), pickle.loads(pickle.dumps(scene)):
+        assert (other.rows, other.actuated) == (scene.rows, scene.actuated)
+        again = other.sweep(*circle(TIMES))
+        assert again.drive_effort == pytest.approx(sweep.drive_effort, abs=1e-13)
+    for other in copy.deepcopy(sweep), pickle.loads(pickle.dumps(sweep)):
+        np.testing.assert_array_equal(other.task_condition, sweep.task_condition)
+        np.testing.assert_array_equal(other.task_position, sweep.task_position)
+        np.testing.assert_array_equal(other.actuated_effort["m2"], sweep.actuated_effort["m2"])
+    loaded = scene.replace(loads={"m1": 1.0})
+    found = loaded.sweep(*circle(TIMES)).drive_effort - sweep.drive_effort
+    assert found == pytest.approx(np.array([[-1.0, 0.0]] * 4), abs=1e-13)
+    assert "task load.x, load.y; actuated m1, m2" in repr(loaded)
+    elbows = scene.replace(actuated=["e1", "e2"]).sweep(*circle(TIMES))
+    power = [np.sum(each.drive_effort * each.speed, -1) for each in (elbows, sweep)]
+    assert power[0] == pytest.approx(power[1], abs=1e-12)
+    assert type(scene.replace(task=None)) is type(scene.replace(drive=["m1", "m2"])) is cd.Scene
+    assert scene.replace(task=["m1", "m2"]).rows == ("m1", "m2")
+    assert five_bar(outputs=["m1", "m2"]).sweep(*circle(TIMES)).outputs == ("m1", "m2")
+    frame = sweep.to_dataframe()
+    np.testing.assert_array_equal(frame["load.x.task_speed"], circle(TIMES)[1][:, 0])
+    assert frame.attrs["units"]["load.x.task_speed"] == "m/s"
+
+
+def point(axes: str = "xy", link: str = "load") -> cd.PointTask:
+    return cd.PointTask(link, axes=axes)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "told"),
+    [
+        ({"task": point("x")}, cd.MobilityError, "2 degrees of freedom, .*1 rows .*1 too few"),
+        ({"task": point("xyz")}, cd.MobilityError, "3 rows .*1 too many"),
+        ({"task": ["m1", cd.AngleTask("p1")]}, cd.MobilityError, "depend on each other.* m2"),
+        ({"task": ["m1", "m1"]}, cd.ArgumentError, "m1 more than once"),
+        ({"task": point(link="lod")}, cd.ModelError, "no link or frame 'lod'.*'load'"),
+        ({"task": point(link="base")}, cd.ModelError, "fixed to the world"),
+        ({"task": ["m1", "m9"]}, cd.ModelError, "no joint 'm9'"),
+        ({"task": []}, cd.ArgumentError, "the task is empty"),
+        ({"task": [3]}, cd.ArgumentError, "task has 3; expected cd.PointTask"),
+        ({"drive": "m1"}, cd.ArgumentError, "drive and task both"),
+        ({"free": "m1"}, cd.MobilityError, "nothing is free"),
+        ({"actuated": None}, cd.MobilityError, r"actuated=\[...\]; joints: e1"),
+        ({"actuated": ["m1"]}, cd.MobilityError, "drive or hold one of: e1, e2, m2"),
+        ({"actuated": ["m1", "m7"]}, cd.ModelError, "no joint 'm7'"),
+        ({"effort_weights": {"m1": 0.0}}, cd.ArgumentError, "weights are positive"),
+        ({"effort_weights": {"e1": 1.0}}, cd.ArgumentError, "'e1' is not actuated"),
+    ],
+)
+def test_refused_scenes(given: dict[str, object], error: type, told: str) -> None:
+    with pytest.raises(error, match=told):
+        five_bar(**given)
+
+
+def test_refused_tasks() -> None:
+    with pytest.raises(cd.ArgumentError, match="'xw'"):
+        cd.PointTask("load", axes="xw")
+    with pytest.raises(cd.ArgumentError, match="expected up to three"):
+        cd.PointTask("load", axes="xx")
+    with pytest.raises(cd.ArgumentError, match="not finite"):
+        cd.PointTask("load", (0.0, np.nan, 0.0))
+    with pytest.raises(cd.ArgumentError, match="expected x, y or z"):
+        cd.AngleTask("load", "xy")
+    with pytest.raises(cd.ArgumentError, match="PoseTask: link"):
+        cd.PoseTask(3)
+
+
+def test_refused_calls() -> None:
+    scene = five_bar()
+    with pytest.raises(cd.ArgumentError, match=r"each row of the task: load.x, load.y"):
+        scene.sweep(np.zeros(3))
+    with pytest.raises(cd.ArgumentError, match="not finite"):
+        scene.sweep([[np.nan, 0.3]])
+    with pytest.raises(cd.ArgumentError, match="empty"):
+        scene.sweep([])
+    with pytest.raises(cd.ArgumentError, match=r"scene.machine.assemble"):
+        scene.assemble([[0.05, 0.28]])
+    with pytest.raises(cd.ArgumentError, match=r"scene.machine.assemble"):
+        scene.sweep(scene.machine.assemble(scene.sweep([[0.05, 0.28]]).position))
+    for refused in scene.simulate, scene.equilibrium, scene.response:
+        with pytest.raises(cd.MobilityError, match=r"scene.machine is the same"):
+            refused()
+    with pytest.raises(cd.MobilityError, match="range of one row"):
+        scene.motion_range()
+    with pytest.raises(cd.ModelError, match="nothing that the scene drives"):
+        scene.sweep([[0.05, 0.28]]).derivative("load.x")
+    with pytest.raises(TypeError, match="no argument 'tip'"):
+        five_bar(tip=point())
