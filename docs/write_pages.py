@@ -131,7 +131,10 @@ def interface() -> str:
             "write",
             "bundled_names",
         ),
-        "scenes": ("Scene", "Wrench", "described_elements", "view", "study"),
+        "scenes": (
+            *("Scene", "PointTask", "PoseTask", "AngleTask"),
+            *("Wrench", "described_elements", "view", "study"),
+        ),
         "force elements": (
             *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator"),
             *("PointActuator", "PinContact"),
