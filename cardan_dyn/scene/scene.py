@@ -772,6 +772,7 @@ class TaskScene(Scene):
         task: the tasks.
         rows: names of their rows, in the order of positions.
         actuated: names of the joints that carry the effort.
+        effort_weights: by how much the square of each one's effort counts [1; of slides m²].
         machine: the scene of the same mechanism driven by its `drives`, which answers what is not
             asked of the task.
     """
@@ -779,6 +780,7 @@ class TaskScene(Scene):
     task: tuple[Task, ...]
     rows: tuple[str, ...]
     actuated: tuple[str, ...]
+    effort_weights: Mapping[str, float]
     machine: Scene
     _moved: TaskMotion
 
@@ -800,6 +802,7 @@ class TaskScene(Scene):
     def _take_moved(self, moved: TaskMotion) -> None:
         self._moved, self.machine = moved, Scene._of(moved.machine)
         self.task, self.rows, self.actuated = moved.tasks, moved.rows, moved.actuated
+        self.effort_weights = moved.weights
         self._take(moved.machine)
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -816,7 +819,7 @@ class TaskScene(Scene):
         """
         own: dict[str, Any] = {"task": self.task, "actuated": self.actuated}
         if not changes.keys() & {"actuated", "mechanism"}:
-            own["effort_weights"] = self._moved.weights
+            own["effort_weights"] = self.effort_weights
         own |= {name: changes.pop(name) for name in _OF_TASKS & changes.keys()}
         if own["task"] is None or changes.keys() & {"drive", "free"}:
             return self.machine.replace(**changes)

@@ -182,7 +182,7 @@ class TaskMotion(Frozen):
         where = x, assembled.turns, (v, a, ratios), targets.shape
         condition = partial(_condition, solver, assembled, x)
         return Followed(
-            Given(self.rows, given, *rates, condition),
+            Given(self.tasks, self.rows, given, *rates, condition),
             Motion(problem.mechanism, problem.independent, *where),
             held,
         )

@@ -18,6 +18,7 @@ from ..core.results.table import Table, Variable
 from ..kit.arrays import Array, spread
 from ..kit.errors import IndeterminateError, choices
 from ..kit.frozen import frozen, made, read_only
+from .tasks import Task, missed
 
 if TYPE_CHECKING:
     from ..core.results.point_motion import Points
@@ -27,11 +28,13 @@ class Given(NamedTuple):
     """How rows of a task move.
 
     Attributes:
+        tasks: whose they are.
         rows: their names.
         position, speed, acceleration: `(..., m)`, which broadcast with the samples.
         condition: condition number of following them, or what returns it.
     """
 
+    tasks: tuple[Task, ...]
     rows: tuple[str, ...]
     position: Array
     speed: Array
@@ -85,7 +88,7 @@ class TaskSweep(Sweep):
         **of_sweep: Any,
     ) -> None:
         # `shares` are efforts of actuated joints that are no drives; the rest as in `Sweep`.
-        for values in given[1:4]:
+        for values in given[2:5]:
             read_only(values)
         self.rows, self.actuated_unique = given.rows, actuated_unique
         self._given, self._shares = given, shares
@@ -123,7 +126,7 @@ class TaskSweep(Sweep):
             IndeterminateError: efforts are not unique, and the scene is strict.
         """
         sweep = solved(acting)
-        unique, shares = sweep.unique, {}
+        unique, of_couplings, shares = sweep.unique, sweep.coupling_unique, {}
         actuated_unique = dict.fromkeys(actuated, True)
         others = [name for name in actuated if name not in sweep.drives]
         if others:
@@ -138,7 +141,8 @@ class TaskSweep(Sweep):
             effort = sweep.drive_effort.reshape(*sweep.shape, -1, 1)
             efforts = (weighed @ np.linalg.solve(needed, effort))[..., 0]
             shares = {name: efforts[..., actuated.index(name)] for name in others}
-            unique, actuated_unique = _unique(sweep, solved, acting, others, rates, actuated)
+            flags = _unique(sweep, solved, acting, others, rates, actuated)
+            unique, of_couplings, actuated_unique = flags
             if sweep.problem.strict and not all(actuated_unique.values()):
                 chosen = [name for name, is_unique in actuated_unique.items() if not is_unique]
                 raise IndeterminateError(
@@ -158,7 +162,7 @@ class TaskSweep(Sweep):
             source=sweep._source,
             unique=np.array(unique),
             coupling_moment=sweep.coupling_moment,
-            coupling_unique=sweep.coupling_unique,
+            coupling_unique=frozen(of_couplings),
             condition=sweep._condition,
             proven=sweep._proven,
         )
@@ -193,6 +197,16 @@ class TaskSweep(Sweep):
         condition = self._given.condition
         values = condition() if callable(condition) else condition
         return read_only(spread(values, self.shape))
+
+    @cached_property
+    def task_residual(self) -> float:
+        """Greatest error of the rows, where the machine's own coordinates place its links.
+
+        It is an angle [rad], or a length as a fraction of `Mechanism.characteristic_length`; what
+        follows the task has no part in it.
+        """
+        every = spread(self._given.position, (*self.shape, len(self.rows)))
+        return missed(self._given.tasks, every, self)
 
     @cached_property
     def actuated_effort(self) -> Mapping[str, Array]:
@@ -253,8 +267,8 @@ def _unique(
     others: list[str],
     rates: Array,
     actuated: tuple[str, ...],
-) -> tuple[Array, dict[str, bool]]:
-    """Return which components of wrenches `(k, 6)`, and which efforts, no sharing changes.
+) -> tuple[Array, dict[str, bool], dict[str, bool]]:
+    """Return which components of wrenches `(k, 6)`, couplings and efforts no sharing changes.
 
     Args:
         sweep: in which drives alone carry the efforts.
@@ -264,7 +278,7 @@ def _unique(
         rates: `(..., a, n)` of all actuated joints per unit of each drive.
         actuated: their names.
     """
-    unique = np.array(sweep.unique)
+    unique, of_couplings = np.array(sweep.unique), dict(sweep.coupling_unique)
     of_drives = np.zeros(len(sweep.drives), dtype=bool)
     for name in others:
         changed = solved(_loaded(acting, {name: 1.0}))
@@ -275,7 +289,10 @@ def _unique(
         ]
         sizes = np.abs(every).reshape(len(every), math.prod(sweep.shape), 6).max(axis=1)
         unique &= sizes <= UNIQUE_TOLERANCE * sizes.max(initial=0.0)
+        for coupling, moment in changed.coupling_moment.items():
+            apart = np.abs(moment - sweep.coupling_moment[coupling]).max()
+            of_couplings[coupling] &= bool(apart <= UNIQUE_TOLERANCE)
         turned = np.abs(rates[..., actuated.index(name), :]).reshape(-1, len(of_drives)).max(axis=0)
         of_drives |= turned > UNIQUE_TOLERANCE * turned.max(initial=0.0)
     flags = dict(zip(sweep.drives, ~of_drives, strict=True))
-    return unique, {name: bool(flags.get(name, False)) for name in actuated}
+    return unique, of_couplings, {name: bool(flags.get(name, False)) for name in actuated}

@@ -24,12 +24,13 @@ from ..core.description.description import (
 from ..core.description.elements import unique
 from ..core.mechanism.configuration import Configuration
 from ..core.mechanism.mechanism import Mechanism
+from ..core.results.prescribed import MotionResult
 from ..kit.arrays import Array, cardan_angles, cardan_quaternion, quaternion_product
 from ..kit.checks import text, vector
 from ..kit.errors import ArgumentError, ModelError, choices
 from ..kit.frozen import Record
 
-_AXES = "xyz"
+_AXES, _ORIGIN = "xyz", (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,7 @@ class PointTask(Record):
     """
 
     link: str
-    point: Sequence[float] | Array = (0.0, 0.0, 0.0)
+    point: Sequence[float] | Array = _ORIGIN
     axes: str = _AXES
 
     def __post_init__(self) -> None:
@@ -175,6 +176,55 @@ class Block(NamedTuple):
         turned = quaternion_product(cardan_quaternion(columns[6:]), self.turned)
         turn = pinocchio.log3(pinocchio.Quaternion(turned).toRotationMatrix())
         return np.concatenate([columns[:3] + self.start[:3], turn])
+
+
+def missed(tasks: Iterable[Task], rows: Array, result: MotionResult) -> float:
+    """Return by how much a mechanism misses tasks: greatest angle [rad], or length of its own.
+
+    Args:
+        tasks: the tasks.
+        rows: `(..., m)` what they ask for.
+        result: how it moves, in the same shape of samples.
+    """
+    mechanism, worst, first = result.mechanism, [0.0], 0
+    length = mechanism.characteristic_length
+    for task in tasks:
+        if isinstance(task, str):
+            apart, count = result.motion.position(task) - rows[..., first], 1
+            worst.append(np.abs(apart).max() / (length if mechanism.drivable[task].slides else 1.0))
+        elif isinstance(task, AngleTask):
+            body, frame = mechanism.link_frame(task.link)
+            zero = (mechanism.placements_at_zero[body - 1] * frame).rotation
+            turned = _about(result.orientation(task.link) @ zero.T, task.axis)
+            apart, count = _within(turned - rows[..., first]), 1
+            worst.append(np.abs(apart).max())
+        else:
+            axes = task.axes if isinstance(task, PointTask) else _AXES
+            at = result.point(task.link, task.point if isinstance(task, PointTask) else _ORIGIN)
+            count, columns = len(axes), [_AXES.index(axis) for axis in axes]
+            apart = at.position[..., columns] - rows[..., first : first + count]
+            worst.append(np.abs(apart).max() / length)
+            if isinstance(task, PoseTask):
+                vectors = rows[..., first + 3 : first + 6].reshape(-1, 3)
+                turns = zip(at.orientation.reshape(-1, 3, 3), vectors, strict=True)
+                # What is left of the identity: small angles do not vanish in rounding.
+                worst += [
+                    np.abs(turn.T @ pinocchio.exp3(by) - np.eye(3)).max() for turn, by in turns
+                ]
+                count = 6
+        first += count
+    return float(max(worst))
+
+
+def _about(rotations: Array, axis: str) -> Array:
+    """Return the angles `(...)` about a world axis of rotations `(..., 3, 3)` about it."""
+    second, third = (_AXES.index(other) for other in _AXES.replace(axis, ""))
+    if axis == "y":
+        second, third = third, second
+    return np.arctan2(
+        rotations[..., third, second] - rotations[..., second, third],
+        rotations[..., second, second] + rotations[..., third, third],
+    )
 
 
 def _turns(quaternions: Array, along_path: bool) -> Array:
@@ -331,6 +381,5 @@ class _Chain:
             return Block(tuple(names[:6]), tuple(names), np.append(at, np.zeros(3)), turned)
         if isinstance(task, PointTask):
             return Block(given := tuple(names[: len(at)]), given, at)
-        turn = pinocchio.Quaternion(self._rotation @ zero.rotation.T).coeffs()
-        angle = 2.0 * np.arctan2(turn[_AXES.index(task.axis)], turn[3])
-        return Block((names[3],), (names[3],), np.array([_within(angle)]))
+        angle = _about(self._rotation @ zero.rotation.T, task.axis)
+        return Block((names[3],), (names[3],), np.array([angle]))

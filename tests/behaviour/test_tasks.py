@@ -11,7 +11,10 @@ from scipy.spatial.transform import Rotation
 from testkit import task_machines as machines
 
 import cardan_dyn as cd
+from cardan_dyn import clearance, studies
 from cardan_dyn.kit.arrays import Array
+from cardan_dyn.practice.studies.fingerprint import differences, fingerprint
+from cardan_dyn.scene.tasks import missed
 
 STEP = 1e-30
 """Of complex differences, which lose nothing."""
@@ -63,6 +66,7 @@ def test_five_bar_against_its_free_bodies() -> None:
     for found, given in zip(sweep.point("load"), circle(TIMES), strict=True):
         assert found[..., :2] == pytest.approx(given, abs=1e-13)
     assert max(sweep.loop_residual, sweep.balance_residual, sweep.power_residual) < 1e-14
+    assert sweep.task_residual < 1e-14
     # The task carries nothing: wrenches are those of the machine that its motors drive.
     machine = five_bar(loads=PULL).machine
     driven = machine.sweep(sweep.position, sweep.speed, sweep.acceleration)
@@ -172,6 +176,7 @@ def test_stewart_platform_against_its_free_body() -> None:
     assert point.acceleration == pytest.approx(rows[2][:, :3], abs=1e-14)
     assert point.angular_velocity == pytest.approx(rows[1][:, 3:], abs=1e-14)
     assert point.angular_acceleration == pytest.approx(rows[2][:, 3:], abs=1e-14)
+    assert sweep.task_residual < 1e-14
     np.testing.assert_array_equal(sweep.task_position, rows[0])
     np.testing.assert_array_equal(sweep.task_speed, rows[1])
     np.testing.assert_array_equal(sweep.task_acceleration, rows[2])
@@ -232,6 +237,7 @@ def test_excavator_against_its_geometry_and_virtual_work() -> None:
         assert still.drive_effort[k] == pytest.approx(forces, abs=1e-12 * np.abs(forces).max())
         assert moving.speed[k] == pytest.approx(by @ speed, abs=1e-12)
         assert moving.position[k] == pytest.approx(still.position[k], abs=1e-15)
+    assert moving.task_residual < 1e-14
     driven = scene.machine.sweep(moving.position, moving.speed, moving.acceleration)
     size = np.abs(moving.drive_effort).max()
     assert driven.drive_effort == pytest.approx(moving.drive_effort, abs=1e-12 * size)
@@ -254,6 +260,7 @@ def test_parallel_ankle_against_the_lengths_of_its_rods() -> None:
     rows, rates = rng.uniform(-0.3, 0.3, (2, 12, 2))
     sweep = scene.sweep(rows, rates)
     still = scene.sweep(rows)
+    assert still.task_residual < 1e-14
     for k, (row, rate) in enumerate(zip(rows, rates, strict=True)):
         by = np.zeros((2, 2))
         for side, motor in enumerate(sweep.position[k]):
@@ -361,6 +368,23 @@ def test_rows_of_any_kind_meet() -> None:
         sweep = scene.sweep(np.stack([values[row] for row in scene.rows], axis=-1))
         lost = 1e-14 * sweep.task_condition.max()
         assert sweep.position == pytest.approx(reference.position, abs=lost)
+
+
+def test_what_misses_a_task_shows() -> None:
+    length = cd.load(machines.excavator()).characteristic_length
+    sweep, rows = excavator().sweep(grading(3)), grading(3)
+    point, angle = excavator().task
+    assert missed((point, angle), rows, sweep) < 1e-14
+    assert missed((point, angle), rows + 1e-3 * machines.Y, sweep) == pytest.approx(1e-3 / length)
+    assert missed((point, angle), rows - 0.02 * machines.Z, sweep) == pytest.approx(0.02)
+    pushed = stewart().sweep(given := pose(np.array([0.3, 0.7]))[0])
+    task = (cd.PoseTask("platform"),)
+    assert missed(task, given, pushed) < 1e-14
+    turned = given + 0.01 * np.eye(6)[3]
+    assert missed(task, turned, pushed) == pytest.approx(0.01, rel=0.02)
+    legs = pushed.position + 0.1 * np.eye(6)[4]
+    size = pushed.mechanism.characteristic_length
+    assert missed(tuple(machines.LEGS), legs, pushed) == pytest.approx(0.1 / size)
 
 
 def test_a_single_row() -> None:
@@ -492,6 +516,17 @@ def test_scenes_and_sweeps_are_kept() -> None:
     frame = sweep.to_dataframe()
     np.testing.assert_array_equal(frame["load.x.task_speed"], circle(TIMES)[1][:, 0])
     assert frame.attrs["units"]["load.x.task_speed"] == "m/s"
+
+
+def test_studies_tell_tasks_apart() -> None:
+    tasks = point("xy"), point("yx"), cd.PointTask("load", (0.0, 0.1, 0.0), axes="xy")
+    parts = [fingerprint(studies.Sweeps(five_bar(task=task), "condition")) for task in tasks]
+    again = fingerprint(studies.Sweeps(five_bar(task=point("xy")), "condition"))
+    assert differences(parts[0], again) == []
+    assert differences(parts[0], parts[1]) and differences(parts[0], parts[2])
+    scene = five_bar()
+    with pytest.raises(cd.ArgumentError, match=r"give scene.machine"):
+        clearance.scan(scene, clearance=1e-5, stiffness=1e8)
 
 
 def point(axes: str = "xy", link: str = "load") -> cd.PointTask:
