@@ -146,6 +146,8 @@ class Scene(Prescribed):
         "makes another one",
         "range limits reach workspace": "scene.motion_range(), scene.reachable(positions)",
         "modes assembly_modes": "scene.branches()",
+        "task ik inverse_kinematics end_effector": "motion given at a link is "
+        "Scene(mechanism, task=[cd.PointTask('link')], actuated=[...])",
         "eigenvalues frequencies": "scene.equilibrium(near).frequencies, cd.vibration",
         "point orientation": "it belongs to results: scene.sweep(positions).point('link'), or "
         "scene.configuration().point('link')",

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from testkit import task_machines as machines
 
 import cardan_dyn as cd
-from cardan_dyn import clearance, studies
+from cardan_dyn import studies
 from cardan_dyn.kit.arrays import Array
 from cardan_dyn.practice.studies.fingerprint import differences, fingerprint
 from cardan_dyn.scene.tasks import missed
@@ -524,9 +524,6 @@ def test_studies_tell_tasks_apart() -> None:
     again = fingerprint(studies.Sweeps(five_bar(task=point("xy")), "condition"))
     assert differences(parts[0], again) == []
     assert differences(parts[0], parts[1]) and differences(parts[0], parts[2])
-    scene = five_bar()
-    with pytest.raises(cd.ArgumentError, match=r"give scene.machine"):
-        clearance.scan(scene, clearance=1e-5, stiffness=1e8)
 
 
 def point(axes: str = "xy", link: str = "load") -> cd.PointTask:

@@ -36,13 +36,8 @@ def start_of(start: Any) -> Start:
 
 def scene_of(given: Any) -> Scene:
     """Return a scene."""
-    from ...scene.scene import Scene, TaskScene
+    from ...scene.scene import Scene
 
-    if isinstance(given, TaskScene):
-        raise ArgumentError(
-            "scene has a task, and clearances are asked of drives: give scene.machine, which its "
-            "actuated joints drive"
-        )
     if not isinstance(given, Scene):
         raise ArgumentError(
             f"scene is {described(given)}, expected a scene: joints are opened in its mechanism, "
