@@ -16,6 +16,7 @@ import numpy as np
 
 from ..core.dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..core.dynamics.velocity_ratios import VelocityRatios
+from ..core.kinematics.tolerances import REGULAR_CONDITION
 from ..core.mechanism.mechanism import Mechanism
 from ..core.problem.acting import Acting
 from ..core.problem.arguments import checked
@@ -192,17 +193,19 @@ class TaskMotion(Frozen):
     ) -> CardanError:
         """Return an error of the follower in terms of the rows `(..., m)` that were given."""
         sample, count = error.sample, len(self._follower.problem.independent)
+        mechanism = self.machine.problem.mechanism
         if sample is None:
             return error
         asked = flat(given, targets.shape, trailing=1)[sample]
         which = f"{as_text(asked)} (sample {sample} of {targets.size})"
         details = {**error.details, "position": as_position(asked), "reach": None}
-        rows = choices(self.rows, most=len(self.rows))
+        rows = ", ".join(self.rows)
         if isinstance(error, SingularConfigurationError):
             return SingularConfigurationError(
                 f"the task, {rows}, cannot be followed to {which}: there or on the straight way "
-                f"there is {_FIRST} (condition {error.condition:.1e}): {error.finding}. Stay on "
-                f"one side of it, or begin beyond it with near={error.hint}",
+                f"there is {_FIRST} (condition {error.condition:.1e})"
+                f"{_moving(error, mechanism)}. Stay on one side of it, or begin beyond it with "
+                f"near={error.hint}",
                 **details,
             )
         nearest, reached = error.nearest, ""
@@ -212,10 +215,9 @@ class TaskMotion(Frozen):
                 f"; on the straight way there the nearest that was reached is {as_text(nearest)}"
             )
             details["nearest"] = as_position(nearest)
-        found = f", where {error.finding}" * bool(error.finding)
         return AssemblyError(
-            f"the task, {rows}, is out of reach at {which}{reached}{found}; change it, or begin "
-            f"with near= where the mechanism works in another way{error.hint}",
+            f"the task, {rows}, is out of reach at {which}{reached}; change it, or begin with "
+            f"near= where the mechanism works in another way{error.hint}",
             **details,
         )
 
@@ -248,10 +250,9 @@ class TaskMotion(Frozen):
         if count == 1 and not (array.ndim > 1 and array.shape[-1] == 1):
             return array[..., None]
         if array.shape[-1] != count:
-            rows = choices(self.rows, most=count)
             raise ArgumentError(
                 f"{name} has shape {array.shape}, expected a number or (..., {count}), a column "
-                f"for each row of the task: {rows}"
+                f"for each row of the task: {', '.join(self.rows)}"
             )
         return array
 
@@ -291,24 +292,34 @@ class TaskMotion(Frozen):
         own, theirs = self._both
         given = coordinates.columns_of((*drives, *targets.varied))
 
-        def solved(acting: Acting) -> Sweep:
-            # They are closed already, so that Newton's method has nothing to do.
+        def coordinates_near() -> tuple[Array, Array]:
             x, turns = np.zeros((2, targets.size, coordinates.size))
             for ours, every in (x, motion.x), (turns, motion.turns):
                 shaped = every[:, theirs].reshape(*motion.shape, -1)
                 ours[:, own] = flat(shaped, shape, trailing=1)
             x[:, given], turns[:, given] = targets.prescribed, 0.0
+            return x, turns
+
+        def solved(acting: Acting) -> Sweep:
+            # They are closed already, so that Newton's method has nothing to do.
             try:
-                return sweep_of(solver, solver.assembled_near(targets, x, turns), acting)
-            except SingularConfigurationError as error:
-                if error.sample is None:
+                near = solver.assembled_near(targets, *coordinates_near())
+                return sweep_of(solver, near, acting)
+            except (AssemblyError, SingularConfigurationError) as error:
+                # What is closed can get lost only where the actuated joints do not hold it.
+                if (sample := error.sample) is None:
                     raise
-                where = flat(followed.given.position, shape, trailing=1)[error.sample]
+                x = coordinates_near()[0][sample : sample + 1]
+                condition = float(solver.assembly.kinematics.evaluate(x).condition[0])
+                if condition < REGULAR_CONDITION:
+                    raise
+                where = flat(followed.given.position, shape, trailing=1)[sample]
+                details = {**error.details, "position": as_position(where), "condition": condition}
+                found = f": {error.finding}" * bool(error.finding)
                 raise SingularConfigurationError(
-                    f"the task is at {as_text(where)} (sample {error.sample}) in {_SECOND} "
-                    f"(condition {error.condition:.1e}): {error.finding}; leave it out, or actuate "
-                    "other joints",
-                    **{**error.details, "position": as_position(where)},
+                    f"the task is at {as_text(where)} (sample {sample}) in {_SECOND} (condition "
+                    f"{condition:.1e}){found}; leave it out, or actuate other joints",
+                    **details,
                 ) from error
 
         return TaskSweep.of(followed.given, self.actuated, self.weights, solved, acting)
@@ -325,7 +336,7 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
     mobility = len(of.independent)
     mechanism, blocks = followers(of.mechanism, tasks, start)
     rows = [name for block in blocks for name in block.rows]
-    named, name = choices(rows, most=len(rows)), of.mechanism.name
+    named, name = ", ".join(rows), of.mechanism.name
     if twice := {row for row in rows if rows.count(row) > 1}:
         raise ArgumentError(f"the task names {choices(twice)} more than once")
     if len(rows) != mobility:
@@ -359,8 +370,8 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
         solver = ProblemSolver(problem)
     except SingularConfigurationError as error:
         raise SingularConfigurationError(
-            f"{name}: the scene starts in {_FIRST} (condition {error.condition:.1e}): "
-            f"{error.finding}. Start elsewhere with near=",
+            f"{name}: the scene starts in {_FIRST} (condition {error.condition:.1e})"
+            f"{_moving(error, of.mechanism)}. Start elsewhere with near=",
             **error.details,
         ) from error
     except MobilityError as error:
@@ -373,6 +384,12 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
             free=free,
         ) from error
     return blocks, solver
+
+
+def _moving(error: SingularConfigurationError, mechanism: Mechanism) -> str:
+    """Return in words what of a mechanism can move at a singular configuration of its follower."""
+    moving = [name for name in error.moving if name in mechanism.drivable]
+    return f": {choices(moving)} can move while the task rests" if moving else ""
 
 
 def solvers(problem: Problem, like: ProblemSolver | None = None) -> Iterator[ProblemSolver]:

@@ -208,6 +208,13 @@ def test_legs_near_the_singular_surface_of_a_stewart_platform() -> None:
         expected = np.linalg.solve(screws, -acting)
         tolerance = 1e-14 * np.linalg.cond(screws) * np.abs(expected).max()
         assert thrusts == pytest.approx(expected, abs=tolerance)
+    with pytest.raises(
+        cd.SingularConfigurationError, match=r"sample 1\) in .* second kind"
+    ) as told:
+        scene.sweep([spun(0.0), spun(np.pi / 2.0)])
+    assert told.value.sample == 1
+    assert told.value.position == pytest.approx(spun(np.pi / 2.0))
+    assert told.value.condition > 1e12
 
 
 def excavator(**given: object) -> cd.Scene:
@@ -247,6 +254,25 @@ def test_excavator_against_its_geometry_and_virtual_work() -> None:
     assert tip.acceleration[:, [0, 2]] - [0.1, 0.4] == pytest.approx(0.0, abs=1e-12)
     assert tip.angular_velocity[:, 1] == pytest.approx(0.3, abs=1e-13)
     assert tip.angular_acceleration[:, 1] == pytest.approx(-0.2, abs=1e-12)
+
+
+def test_what_an_excavator_cannot_reach() -> None:
+    scene = excavator()
+    with pytest.raises(
+        cd.AssemblyError, match=r"bucket.x, bucket.z, bucket.turn_y, is .* 9,"
+    ) as far:
+        scene.sweep([[5.2, -0.6, 0.0], [9.0, -0.6, 0.0]])
+    # Boom and stick in line: the tip as far from the boom's foot as these let the bucket be.
+    pin = machines.BUCKET_PIN - machines.TIP
+    lengths = [
+        np.linalg.norm(machines.STICK_PIN - end) for end in (machines.FOOT, machines.BUCKET_PIN)
+    ]
+    reach = np.sqrt(sum(lengths) ** 2 - (pin[2] - 0.6) ** 2) - pin[0]
+    assert far.value.nearest == pytest.approx([reach, -0.6, 0.0], abs=1e-3)
+    # A bucket turns as far as its linkage; nothing is singular there but the follower.
+    with pytest.raises(cd.AssemblyError) as turned:
+        scene.sweep([[5.2, -0.6, 6.0]])
+    assert 1.0 < turned.value.nearest[2] < 2.0
 
 
 def test_parallel_ankle_against_the_lengths_of_its_rods() -> None:
