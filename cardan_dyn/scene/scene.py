@@ -108,7 +108,8 @@ class Scene(Prescribed):
             `AngleTask` and names of coordinates, whose rows are what `sweep` takes as positions.
             The scene is then a `TaskScene`, and its sweeps are each a `TaskSweep`.
         actuated: joints whose efforts make that motion, and which are the drives of the results;
-            what is driven if not given. Without a task, `drive` moves as given, and these carry it.
+            those that the description calls independent if not given. Without a task, `drive` moves
+            as given, and these carry it.
         effort_weights: by how much the square of an actuated joint's effort counts, where more are
             actuated than decide the motion; their sum is least [1; of slides m²]. 1 if not given,
             of slides the square of the mechanism's characteristic length.
