@@ -198,15 +198,17 @@ class TaskMotion(Frozen):
             return error
         asked = flat(given, targets.shape, trailing=1)[sample]
         which = f"{as_text(asked)} (sample {sample} of {targets.size})"
-        details = {**error.details, "position": as_position(asked), "reach": None}
+        # What follows the tasks is no business of users.
+        own = {"position": as_position(asked), "reach": None, "finding": "", "hint": ""}
+        details = {**error.details, **own}
         rows = ", ".join(self.rows)
         if isinstance(error, SingularConfigurationError):
             return SingularConfigurationError(
                 f"the task, {rows}, cannot be followed to {which}: there or on the straight way "
                 f"there is {_FIRST} (condition {error.condition:.1e})"
                 f"{_moving(error, mechanism)}. Stay on one side of it, or begin beyond it with "
-                f"near={error.hint}",
-                **details,
+                "near=",
+                **{**details, **_filtered(error, mechanism)},
             )
         nearest, reached = error.nearest, ""
         if nearest is not None:
@@ -217,7 +219,7 @@ class TaskMotion(Frozen):
             details["nearest"] = as_position(nearest)
         return AssemblyError(
             f"the task, {rows}, is out of reach at {which}{reached}; change it, or begin with "
-            f"near= where the mechanism works in another way{error.hint}",
+            "near= where the mechanism works in another way",
             **details,
         )
 
@@ -372,10 +374,9 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
         raise SingularConfigurationError(
             f"{name}: the scene starts in {_FIRST} (condition {error.condition:.1e})"
             f"{_moving(error, of.mechanism)}. Start elsewhere with near=",
-            **error.details,
+            **{**error.details, "finding": "", **_filtered(error, of.mechanism)},
         ) from error
     except MobilityError as error:
-        # What follows the tasks is no business of users.
         free = [key for key in error.free if key in of.mechanism.drivable]
         left = f", and leave {choices(free)} undecided" if free else ""
         raise MobilityError(
@@ -388,8 +389,17 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
 
 def _moving(error: SingularConfigurationError, mechanism: Mechanism) -> str:
     """Return in words what of a mechanism can move at a singular configuration of its follower."""
-    moving = [name for name in error.moving if name in mechanism.drivable]
+    moving = _filtered(error, mechanism)["moving"]
     return f": {choices(moving)} can move while the task rests" if moving else ""
+
+
+def _filtered(
+    error: SingularConfigurationError, mechanism: Mechanism
+) -> dict[str, tuple[str, ...]]:
+    """Return which coordinates of a mechanism an error of its follower names."""
+    named = {"joints": error.joints, "moving": error.moving}
+    known = mechanism.drivable
+    return {role: tuple(name for name in every if name in known) for role, every in named.items()}
 
 
 def solvers(problem: Problem, like: ProblemSolver | None = None) -> Iterator[ProblemSolver]:
