@@ -74,11 +74,14 @@ if TYPE_CHECKING:
     from .scene.linear_model import LinearModel
     from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
-    from .scene.scene import Scene
+    from .scene.scene import Scene, TaskScene
+    from .scene.task_sweep import TaskSweep
+    from .scene.tasks import AngleTask, PointTask, PoseTask
 
 _MODULES = {
     "AccuracyError": ".kit.errors",
     "Actuator": ".core.elements.joint_elements",
+    "AngleTask": ".scene.tasks",
     "ArgumentError": ".kit.errors",
     "AssembledPositions": ".core.dynamics.problem_solver",
     "AssemblyError": ".kit.errors",
@@ -122,6 +125,8 @@ _MODULES = {
     "PointSpring": ".core.elements.point_spring",
     "ReducedTree": ".core.transmission.reduced",
     "Regressor": ".core.results.regressor",
+    "PointTask": ".scene.tasks",
+    "PoseTask": ".scene.tasks",
     "Report": ".practice.report.reporting",
     "Response": ".core.response.response",
     "RodForce": ".core.results.rods",
@@ -129,6 +134,8 @@ _MODULES = {
     "SimulationError": ".kit.errors",
     "SingularConfigurationError": ".kit.errors",
     "Sweep": ".core.results.sweep",
+    "TaskScene": ".scene.scene",
+    "TaskSweep": ".scene.task_sweep",
     "Trajectory": ".motion.simulation.trajectory",
     "Transmission": ".core.transmission.transmission",
     "VibrationError": ".kit.errors",
@@ -153,6 +160,7 @@ print their help load neither Pinocchio nor NumPy, and scripts load what they us
 __all__ = [
     "AccuracyError",
     "Actuator",
+    "AngleTask",
     "ArgumentError",
     "AssembledPositions",
     "AssemblyError",
@@ -194,6 +202,8 @@ __all__ = [
     "PointActuator",
     "PointMotion",
     "PointSpring",
+    "PointTask",
+    "PoseTask",
     "ReducedTree",
     "Regressor",
     "Report",
@@ -203,6 +213,8 @@ __all__ = [
     "SimulationError",
     "SingularConfigurationError",
     "Sweep",
+    "TaskScene",
+    "TaskSweep",
     "Trajectory",
     "Transmission",
     "VibrationError",

@@ -133,7 +133,10 @@ def interface() -> str:
             "write",
             "bundled_names",
         ),
-        "scenes": ("Scene", "Wrench", "described_elements", "view", "study", "DesignVariables"),
+        "scenes": (
+            *("Scene", "PointTask", "PoseTask", "AngleTask"),
+            *("Wrench", "described_elements", "view", "study", "DesignVariables"),
+        ),
         "force elements": (
             *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator"),
             *("PointActuator", "PinContact"),

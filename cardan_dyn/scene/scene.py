@@ -6,8 +6,9 @@ import math
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ..core.elements.link_loads import Wrench
 from ..core.mechanism.mechanism import Mechanism
 from ..core.problem.arguments import by_coordinate, checked
 from ..core.problem.coordinate_names import check_single, each_coordinate
+from ..core.problem.problem import Problem
 from ..core.problem.samples import acting_on, common_shape, targets_of
 from ..core.results.prescribed import Prescribed
 from ..kit.arrays import Array
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 
     from ..core.elements.element import Element
     from ..core.mechanism.configuration import Configuration
+    from ..core.problem.acting import Acting
     from ..core.response.response import Response
     from ..core.results.jacobian import Jacobian
     from ..core.results.regressor import Regressor
@@ -38,12 +41,19 @@ if TYPE_CHECKING:
     from .branches import Branches
     from .linear_model import LinearModel
     from .plan import Plan
+    from .task_motion import TaskMotion
+    from .task_sweep import TaskSweep
+    from .tasks import Task
 
 _OVERFLOW: Any = {"over": "ignore", "invalid": "ignore"}
 """NumPy need not warn of numbers that overflow: results that contain them are refused."""
 
 _ROLES = ("drive", "free", "held")
 """Arguments of which a coordinate is named by one at most."""
+
+
+_OF_TASKS = frozenset({"task", "actuated", "effort_weights"})
+"""Arguments of scenes with a task alone."""
 
 
 class Scene(Prescribed):
@@ -99,6 +109,15 @@ class Scene(Prescribed):
         elements: springs, dampers, bushings, friction and actuators: `JointSpring`,
             `JointFriction`, `PointSpring`, `PointActuator`, `Bushing`, `Actuator`. Like a
             load, an effort of theirs is part of the wrench at its joint.
+        task: what moves as given instead of `drive`: a list of `PointTask`, `PoseTask`,
+            `AngleTask` and names of coordinates, whose rows are what `sweep` takes as positions.
+            The scene is then a `TaskScene`, and its sweeps are each a `TaskSweep`.
+        actuated: joints whose efforts make that motion, and which are the drives of the results;
+            those that the description calls independent if not given. Without a task, `drive` moves
+            as given, and these carry it.
+        effort_weights: by how much the square of an actuated joint's effort counts, where more are
+            actuated than decide the motion; their sum is least [1; of slides m²]. 1 if not given,
+            of slides the square of the mechanism's characteristic length.
 
     Raises:
         ModelError: unknown joint or link.
@@ -133,7 +152,9 @@ class Scene(Prescribed):
         "makes another one",
         "range limits reach workspace": "scene.motion_range(), scene.reachable(positions)",
         "modes assembly_modes": "scene.branches()",
-        "actuator_map motor_map inverse_kinematics ik": "scene.transmission(actuated, joints)",
+        "actuator_map motor_map": "scene.transmission(actuated, joints)",
+        "task ik inverse_kinematics end_effector": "motion given at a link is "
+        "Scene(mechanism, task=[cd.PointTask('link')], actuated=[...])",
         "eigenvalues frequencies": "scene.equilibrium(near).frequencies, cd.vibration",
         "mass inertia inertia_matrix crba": "scene.mass_matrix(positions)",
         "nle coriolis non_linear_effects": "scene.bias(positions, speeds)",
@@ -155,6 +176,8 @@ class Scene(Prescribed):
             "q q0 start initial guess": "where it starts is near={joint: position}",
             "position positions speed speeds": "these belong to scene.sweep(positions, speed=...)",
             "mode assembly": "the assembly mode is branch=...",
+            "tasks target targets tip": "what moves as given is task=[cd.PointTask('link')]",
+            "actuators motors": "joints that carry the effort are actuated=[...]",
         }
     )
     def __init__(
@@ -172,10 +195,29 @@ class Scene(Prescribed):
         near: Mapping[str, ArrayLike] | str | None = None,
         branch: str = "A",
         elements: Sequence[Element] | None = None,
+        task: Task | Sequence[Task] | None = None,
+        actuated: str | Sequence[str] | None = None,
+        effort_weights: Mapping[str, float] | None = None,
     ) -> None:
+        has_task = task is not None or actuated is not None
+        if has_task and free:
+            raise MobilityError(
+                "free: a task says how all of the mechanism moves, so that nothing is free; leave "
+                "free out, or drive coordinates and leave the task out"
+            )
+        if task is not None and drive is not None:
+            raise ArgumentError(
+                "drive and task both say what moves as given: name driven coordinates among the "
+                "task, as in task=[cd.PointTask('tip'), 'slewing']"
+            )
+        if has_task and actuated is None and not getattr(mechanism, "independent_joints", True):
+            raise MobilityError(
+                f"{mechanism.name}: name the joints whose efforts make the motion of the task, "
+                f"actuated=[...]; joints: {choices(mechanism.drivable)}"
+            )
         problem = checked(
             mechanism,
-            drive=drive,
+            drive=actuated if has_task else drive,
             free=free,
             held=held,
             loads=loads,
@@ -189,7 +231,11 @@ class Scene(Prescribed):
         )
         if gravity is None:
             _tell_of_gravity(mechanism)
-        self._take(ProblemSolver(problem))
+        if not has_task:
+            self._take(ProblemSolver(problem))
+            return
+        self.__class__ = TaskScene
+        TaskScene._follow(self, problem, drive if task is None else task, effort_weights)  # type: ignore[arg-type]
 
     def _take(self, solver: ProblemSolver) -> None:
         self._solver = solver
@@ -227,6 +273,11 @@ class Scene(Prescribed):
             TypeError: no such argument.
             CardanError: as `Scene` does.
         """
+        problem = self._changed(changes)
+        return Scene._of(ProblemSolver(problem, like=self._solver))
+
+    def _changed(self, changes: Mapping[str, Any]) -> Problem:
+        """Return the problem of the scene that `replace` makes."""
         arguments = self._arguments()
         if unknown := set(changes) - set(arguments):
             listed = choices(arguments, min(unknown))
@@ -246,8 +297,7 @@ class Scene(Prescribed):
                 arguments[role] = tuple(name for name in present if name not in taken)
         if "drive" not in changes and len(arguments["drive"]) == 1 and not self._problem.listed:
             arguments["drive"] = arguments["drive"][0]
-        problem = checked(**arguments)
-        return Scene._of(ProblemSolver(problem, like=self._solver))
+        return checked(**arguments)
 
     def _arguments(self) -> dict[str, Any]:
         """Return the arguments of the scene by name, as `Scene` takes them."""
@@ -905,6 +955,160 @@ class Scene(Prescribed):
         from .linear_model import linear_model  # Most scripts ask for none.
 
         return linear_model(self._solver, at, inputs, outputs, points)
+
+
+class TaskScene(Scene):
+    """A scene with a task, which `Scene` makes: what moves as given are rows of the task.
+
+    Its `drives` are the actuated joints, or as many of them as decide the motion.
+
+    Attributes:
+        task: the tasks.
+        rows: names of their rows, in the order of positions.
+        actuated: names of the joints that carry the effort.
+        effort_weights: by how much the square of each one's effort counts [1; of slides m²].
+        machine: the scene of the same mechanism driven by its `drives`, which answers what is not
+            asked of the task.
+    """
+
+    task: tuple[Task, ...]
+    rows: tuple[str, ...]
+    actuated: tuple[str, ...]
+    effort_weights: Mapping[str, float]
+    machine: Scene
+    _moved: TaskMotion
+
+    def _follow(
+        self,
+        problem: Problem,
+        task: object,
+        weights: Mapping[str, float] | None,
+        like: TaskMotion | None = None,
+    ) -> None:
+        """Take tasks, and a problem that all actuated joints drive."""
+        from .task_motion import TaskMotion, listed, solvers  # Most scenes have no task.
+
+        problem = replace(problem, listed=True)
+        solver = next(solvers(problem, None if like is None else like.machine))
+        tasks = listed(problem.mechanism, task)
+        self._take_moved(TaskMotion(solver, tasks, problem.independent, weights, like))
+
+    def _take_moved(self, moved: TaskMotion) -> None:
+        self._moved, self.machine = moved, Scene._of(moved.machine)
+        self.task, self.rows, self.actuated = moved.tasks, moved.rows, moved.actuated
+        self.effort_weights = moved.weights
+        self._take(moved.machine)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _task_scene, (self._moved,)
+
+    def __repr__(self) -> str:
+        moved = f"task {', '.join(self.rows)}; actuated {', '.join(self.actuated)}"
+        return f"<TaskScene of {self.mechanism.name!r}: {moved}>"
+
+    def replace(self, **changes: Any) -> Scene:
+        """Return a scene that differs in some arguments, see `Scene.replace`.
+
+        With `task=None` it has none, and its `drives` move as given.
+        """
+        own: dict[str, Any] = {"task": self.task, "actuated": self.actuated}
+        if not changes.keys() & {"actuated", "mechanism"}:
+            own["effort_weights"] = self.effort_weights
+        own |= {name: changes.pop(name) for name in _OF_TASKS & changes.keys()}
+        if own["task"] is None or changes.keys() & {"drive", "free"}:
+            return self.machine.replace(**changes)
+        problem = self.machine._changed({"drive": own["actuated"], **changes})
+        scene = object.__new__(TaskScene)
+        scene._follow(problem, own["task"], own.get("effort_weights"), self._moved)
+        return scene
+
+    def sweep(
+        self,
+        position: ArrayLike | AssembledPositions,
+        speed: ArrayLike = 0.0,
+        acceleration: ArrayLike = 0.0,
+        *,
+        held: Mapping[str, ArrayLike] | None = None,
+        loads: Mapping[str, object] | None = None,
+        gravity: ArrayLike | str | None = None,
+        inertia: Mapping[str, ArrayLike] | None = None,
+        along_path: bool = False,
+        time: ArrayLike = 0.0,
+    ) -> TaskSweep:
+        """Solve motion and reactions where the rows of the task are as given.
+
+        Arguments and errors as of `Scene.sweep`, with rows of the task in the place of drives:
+        positions, speeds and accelerations are `(..., m)` for m rows. The configuration at a sample
+        is the one that is reached from where the scene starts while rows move along straight
+        lines; a link with a `PoseTask` turns along a straight line of its Cardan angles from there.
+
+        Raises:
+            AssemblyError: the task is out of reach; with the sample and the nearest rows.
+            SingularConfigurationError: one of the first kind lies on the way or at a sample, or one
+                of the second kind at a sample.
+        """
+        if isinstance(position, AssembledPositions):
+            self.assemble(())
+        along_path = flag("along_path", along_path)
+
+        def acting(problem: Problem, speeds: Array, accelerations: Array) -> Acting:
+            return acting_on(problem, speeds, accelerations, loads, gravity, inertia, time)
+
+        with np.errstate(**_OVERFLOW):
+            return self._moved.sweep(position, speed, acceleration, held, along_path, acting)
+
+    def assemble(
+        self,
+        position: ArrayLike,
+        *,
+        held: Mapping[str, ArrayLike] | None = None,
+        along_path: bool = False,
+    ) -> AssembledPositions:
+        """Refuse: how fast actuated joints move is found along with their positions."""
+        raise ArgumentError(
+            "rows of a task are not assembled: call sweep(position, speed, acceleration); for more "
+            "sweeps at its rates scene.machine.assemble(sweep.position), and its sweep with "
+            "sweep.speed and sweep.acceleration"
+        )
+
+    def reachable(
+        self, position: ArrayLike, *, held: Mapping[str, ArrayLike] | None = None
+    ) -> Array:
+        """Return which rows of the task the mechanism reaches, see `Scene.reachable`."""
+        with np.errstate(**_OVERFLOW):
+            return self._moved.reachable(position, held)
+
+    def motion_range(self) -> tuple[float, float]:
+        """Return between which positions the only row of the task can move [rad or m].
+
+        Raises:
+            MobilityError: the task has several rows.
+        """
+        if len(self.rows) > 1:
+            raise MobilityError(
+                f"the range of one row depends on the positions of the others: "
+                f"{choices(self.rows)}; scene.reachable(positions) tells what can be reached",
+                mobility=len(self.rows),
+            )
+        return self._moved.range()
+
+    def _of_machine(self, *_: object, **__: object) -> NoReturn:
+        """Refuse what is known of drives alone."""
+        raise MobilityError(
+            "this is known of drives alone, and the scene has a task: scene.machine is the same "
+            "mechanism driven by its actuated joints. A motion of the task that is given in time "
+            "needs no simulation: scene.sweep(position, speed, acceleration, time=t)",
+            mobility=len(self.drives),
+        )
+
+    simulate = equilibrium = response = responses = load_response = _of_machine
+    jacobian = mass_matrix = bias = regressor = linear = transmission = _of_machine
+
+
+def _task_scene(moved: TaskMotion) -> TaskScene:
+    scene = object.__new__(TaskScene)
+    scene._take_moved(moved)
+    return scene
 
 
 def _tell_of_gravity(mechanism: Mechanism) -> None:

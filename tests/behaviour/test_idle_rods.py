@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pinocchio
 import pytest
+from testkit import task_machines as machines
 from testkit.ball_rods import ALONG, LINE, WAYS, as_a_floating_rod, as_balls, link
 
 import cardan_dyn as cd
@@ -361,3 +362,44 @@ def test_a_rod_in_an_open_chain_swings() -> None:
     held = dict.fromkeys(turns, 0.0)
     scene = cd.Scene(mechanism, drive="a", held=held, gravity=(0.0, 0.0, -9.81))
     assert scene.sweep([0.0, 0.1]).balance_residual < 1e-13
+
+
+def test_telescopes_that_follow_spin_as_those_that_drive() -> None:
+    """Legs with mass carry loads while six slides and hinges move the platform, and drive it."""
+    text, z = machines.stewart(), machines.Z
+    for k in range(6):
+        for half, mass, at in ("lower", 3.0 + k, 0.2 * z), ("upper", 2.0, -0.15 * z):
+            inertia = mass * np.array([0.015, 0.015, 0.0006])
+            heavy = machines.link(f"{half}_{k}", mass, at, inertia)
+            text = text.replace(machines.link(f"{half}_{k}"), heavy)
+    links, names = ["base", *(f"c{k}" for k in range(5))], [f"q{k}" for k in range(6)]
+    chain = [machines.link(name) for name in links[1:]]
+    for k, (name, axis) in enumerate(zip(names[:5], [*np.eye(3), *np.eye(3)], strict=False)):
+        kind, place = "continuous" if k > 2 else "prismatic", machines.RAISED * (k == 0)
+        chain.append(machines.joint(name, kind, *links[k : k + 2], place, axis))
+    ends = machines.HERE, machines.HERE
+    chain.append(machines.loop("q5", "continuous", "c4 platform", ends, z))
+    mechanism = cd.load(text.replace("</robot>", "".join(chain) + "</robot>"))
+    rng = np.random.default_rng(0)
+    position = rng.uniform(-0.1, 0.1, (5, 6))
+    loads = dict(zip(machines.LEGS, 100.0 * rng.normal(size=6), strict=True))
+    gravity = (0.0, 0.0, -9.81)
+    following = cd.Scene(mechanism, drive=names, gravity=gravity, loads=loads).sweep(
+        position, *rng.normal(size=(2, 5, 6))
+    )
+    assert len(following.idle_rods) == 6
+    motion = following.motion
+    driving = cd.Scene(mechanism, drive=machines.LEGS, gravity=gravity).sweep(
+        *(
+            np.stack([read(leg) for leg in machines.LEGS], axis=-1)
+            for read in (motion.position, motion.velocity, motion.acceleration)
+        ),
+        loads=dict(zip(names, following.drive_effort.T, strict=True)),
+    )
+    expected = np.broadcast_to(list(loads.values()), (5, 6))
+    np.testing.assert_allclose(driving.drive_effort, expected, rtol=0.0, atol=1e-11)
+    for name in mechanism.joints:
+        for found, other in zip(driving[name].force, following[name].force, strict=True):
+            np.testing.assert_allclose(found, other, rtol=0.0, atol=1e-10)
+    spins = [sweep.motion.acceleration("foot_3") for sweep in (driving, following)]
+    np.testing.assert_allclose(*spins, rtol=0.0, atol=1e-10)

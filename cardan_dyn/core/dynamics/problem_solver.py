@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -16,6 +16,7 @@ import numpy as np
 from ...kit.arrays import LARGE_BLOCK, Array, flat
 from ...kit.errors import ArgumentError, IndeterminateError
 from ...kit.frozen import Frozen, frozen, read_only
+from ...kit.threads import in_threads
 from ..elements.link_loads import WRENCH_COMPONENTS
 from ..kinematics.assembly import Assembly
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
@@ -29,7 +30,7 @@ from ..problem.samples import Targets, acting_on
 
 if TYPE_CHECKING:
     from ..kinematics.loops.groups import Group
-    from .inverse_dynamics import InverseDynamics, Solution
+    from .inverse_dynamics import Inputs, InverseDynamics, Solution
     from .taped import TapedSolver
     from .velocity_ratios import VelocityRatios
 
@@ -425,6 +426,34 @@ class ProblemSolver(Frozen):
             self.refuse_indeterminate(solution.unique[self.problem.output_indices])
         return solution
 
+    def moved(self, assembled: AssembledPositions, acting: Acting) -> tuple[Array, Array, Array]:
+        """Return coordinates `(N, size)`, velocities and accelerations `(N, nv)`, without forces.
+
+        Loops are closed to rounding; nothing else is proven.
+
+        Args:
+            assembled: N samples of this solver, used up as by `solve`.
+            acting: how fast the drives move; it broadcasts with the samples.
+
+        Raises:
+            AccuracyError: numbers overflow.
+        """
+        from .collected import Rows
+        from .inverse_dynamics import refuse_overflow
+
+        work, rows = _Work(self, assembled, acting), Rows(len(assembled))
+
+        def put(index: int) -> None:
+            found = self.taped.moved(*work.given(index))
+            rows.put(assembled.spans[index], {"x": found.x, "v": found.v, "a": found.a})
+
+        in_threads(put, range(len(assembled.spans)))
+        refuse_overflow(
+            {name for name, values in rows.arrays.items() if not np.all(np.isfinite(values))}
+        )
+        x, v, a = (rows.arrays[name] for name in ("x", "v", "a"))
+        return x, v, a
+
     def inertial_efforts(
         self, assembled: AssembledPositions, moves: Sequence[tuple[Array, Array]]
     ) -> Array:
@@ -591,6 +620,11 @@ class _Work:
 
     def block(self, index: int) -> Solution:
         """Return what is kept of a block."""
+        solver = self._solver
+        return solver.taped.solution(solver.inverse_dynamics, *self.given(index))
+
+    def given(self, index: int) -> tuple[Array, Inputs, Callable[[Array], ClosedState]]:
+        """Return what samples of a block are solved from, see `TapedSolver.solution`."""
         assembled, solver = self._assembled, self._solver
         span, turns = assembled.spans[index], assembled.turns
         targets, dynamics = assembled.targets, solver.inverse_dynamics
@@ -609,7 +643,7 @@ class _Work:
             closing = guess.of_samples(samples), inputs.positions[samples]
             return solver.assembly.close(*closing, span.start)
 
-        return solver.taped.solution(dynamics, x, inputs, close)
+        return x, inputs, close
 
     def all(self) -> Solution:
         """Return what is kept of all blocks, see `collected`."""

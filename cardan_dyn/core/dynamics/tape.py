@@ -301,6 +301,8 @@ class Equations:
         yield (found.v.get(rate, 0.0) * units[rate] for rate in rates)
         yield (found.a.get(rate, 0.0) * units[rate] for rate in rates)
         drives = [(ratios, units[r]) for ratios, r in zip(found.ratios, roles.drives, strict=True)]
+        if self._kind.moves_alone:  # Rates are wanted then, and no ratios.
+            drives = [({}, unit) for _, unit in drives]
         yield (of.get(r, 0.0) * (units[r] / unit) for r in rates for of, unit in drives)
         yield (
             component

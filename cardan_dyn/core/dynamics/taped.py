@@ -157,6 +157,12 @@ class TapedSolver:
             indeterminate_couplings=loose,
         )
 
+    def moved(self, x: Array, inputs: Inputs, close: Callable[[Array], ClosedState]) -> Found:
+        """Return what is found of the motion of samples alone; arguments as of `solution`."""
+        with np.errstate(all="ignore"):  # What overflows is refused where it is kept.
+            rows = np.ascontiguousarray(x.T)
+            return self._found(rows, inputs, [], close, moves_alone=True)[0]
+
     def found(
         self,
         x: Array,

@@ -22,7 +22,7 @@ import numpy as np
 from ...core.description.write import to_urdf
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.errors import ModelError
-from ...scene.scene import Scene
+from ...scene.scene import Scene, TaskScene
 
 
 def fingerprint(function: object) -> dict[str, str]:
@@ -105,6 +105,9 @@ class _Walk:
             self._put(f"the description of {item.name!r}", _digest(text_of(item)))
         elif isinstance(item, Scene):
             self.add(name, item.solver.problem)
+            if isinstance(item, TaskScene):
+                own = item.task, item.actuated, dict(item.effort_weights)
+                self.add(f"task of {name}", own)
         elif isinstance(item, Mapping):
             for key, value in item.items():
                 self.add(f"{name}[{key!r}]", value)

@@ -2,7 +2,7 @@
 
 A rod with ball joints at both ends spins about the line between their centres; so does one whose
 balls are written as three hinges each, with massless links between them, and a telescope of bodies
-that drives push apart. Light bodies that hinges hold on one line, such as washers, do so too. No
+that slide on each other. Light bodies that hinges hold on one line, such as washers, do so too. No
 loop decides such a spin, and no drive: it is decided by a rule, no turning about the line and no
 moment about it. Rods are found from the geometry alone.
 """
@@ -40,7 +40,7 @@ class JointEdge(NamedTuple):
         axis: `(3,)` in its frame.
         other: the other body.
         other_frame: placement of its frame in the other body.
-        neighbour: the other body where driven and held joints do not count as rigid.
+        neighbour: the other body where slides do not count as rigid.
     """
 
     kind: str
@@ -156,8 +156,20 @@ class JointGraph:
             for column in (*coupling.predecessor_columns, *coupling.successor_columns)
         }
         self.tolerance = NOTHING * mechanism.characteristic_length
-        self._placed = _rigid_bodies(mechanism, free)
-        apart = [body for body, _ in _rigid_bodies(mechanism, set(range(model.nv)))]
+        floating = {
+            part.id
+            for joint in mechanism.joints.values()
+            if joint.type == "floating"
+            for part in joint.parts
+        }
+        slides = {
+            part.id
+            for part in mechanism.coordinates.parts
+            if part.kind == "prismatic"
+            and not (part.id in floating and model.idx_vs[part.id] in free)
+        }
+        self._placed = _rigid_bodies(mechanism, slides)
+        apart = [body for body, _ in _rigid_bodies(mechanism, set())]
         self._model = model
         self._links_of: dict[int, list[int]] = {}
         carrying = {
@@ -178,12 +190,6 @@ class JointGraph:
                 self._masses[body] += inertia.mass
                 self._mass_moments[body] += inertia.mass * pose.act(inertia.lever)
         # A floating joint holds nothing; its rod hangs between the loops that end on it.
-        floating = {
-            part.id
-            for joint in mechanism.joints.values()
-            if joint.type == "floating"
-            for part in joint.parts
-        }
         self._floating = {
             self._placed[joint.id][0]: tuple(range(columns.start, columns.stop))
             for name, columns in mechanism.coordinates.velocity_columns.items()
@@ -300,11 +306,11 @@ class JointGraph:
         return next(item for item in self.edges[other] if item.columns != edge.columns)
 
 
-def _rigid_bodies(mechanism: Mechanism, free: set[int]) -> list[tuple[int, pinocchio.SE3]]:
+def _rigid_bodies(mechanism: Mechanism, slides: set[int]) -> list[tuple[int, pinocchio.SE3]]:
     """Return for every body of the model the rigid body that it belongs to, and its place there.
 
-    Slides that are driven or held count as rigid: spins are motions in which they rest. Hinges do
-    not, since how they are turned decides where the lines are.
+    Slides, by the indices of their bodies, count as rigid: spins are motions in which they rest,
+    whatever decides them. Hinges do not, since how they are turned decides where the lines are.
     """
     model, count = mechanism.model, mechanism.model.njoints
     welded: list[list[tuple[int, pinocchio.SE3]]] = [[] for _ in range(count)]
@@ -312,12 +318,10 @@ def _rigid_bodies(mechanism: Mechanism, free: set[int]) -> list[tuple[int, pinoc
         placement = loop.predecessor_placement * loop.successor_placement.inverse()
         welded[loop.predecessor].append((loop.successor, placement))
         welded[loop.successor].append((loop.predecessor, placement.inverse()))
-    slides = {part.id for part in mechanism.coordinates.parts if part.kind == "prismatic"}
     for body in slides:
-        if model.idx_vs[body] not in free:
-            parent, placement = model.parents[body], model.jointPlacements[body]
-            welded[parent].append((body, placement))
-            welded[body].append((parent, placement.inverse()))
+        parent, placement = model.parents[body], model.jointPlacements[body]
+        welded[parent].append((body, placement))
+        welded[body].append((parent, placement.inverse()))
     placed: dict[int, tuple[int, pinocchio.SE3]] = {}
     for body in range(count):
         if body in placed:

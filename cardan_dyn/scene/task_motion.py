@@ -1,0 +1,478 @@
+"""Task motion: how a machine moves as tasks say, by the efforts of its actuated joints.
+
+Two problems are solved. The follower is driven by what follows the tasks: its loops decide how the
+actuated joints move. The machine is driven by these, and begins where the follower has closed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.dynamics.problem_solver import AssembledPositions, ProblemSolver
+from ..core.dynamics.velocity_ratios import VelocityRatios
+from ..core.kinematics.tolerances import REGULAR_CONDITION
+from ..core.mechanism.mechanism import Mechanism
+from ..core.problem.acting import Acting
+from ..core.problem.arguments import checked
+from ..core.problem.coordinate_names import each_coordinate
+from ..core.problem.problem import Problem
+from ..core.problem.samples import Targets, acting_on, common_shape, targets_of
+from ..core.results.collect import sweep_of
+from ..core.results.motion import Motion
+from ..kit.arrays import Array, flat
+from ..kit.checks import described, mapping, number, numbers
+from ..kit.errors import (
+    ArgumentError,
+    AssemblyError,
+    CardanError,
+    MobilityError,
+    SingularConfigurationError,
+    as_position,
+    as_text,
+    choices,
+)
+from ..kit.frozen import Frozen, FrozenDict, frozen
+from .assembling import configuration_of
+from .task_sweep import Followed, Given, TaskSweep
+from .tasks import KINDS, Block, Task, followers
+
+if TYPE_CHECKING:
+    from ..core.results.sweep import Sweep
+
+_FIRST = (
+    "a singular configuration of the first kind, where the task ends the reach of the mechanism or "
+    "its ways of working meet, and actuated joints would need infinite speed"
+)
+_SECOND = (
+    "a singular configuration of the second kind, where the actuated joints do not hold the "
+    "mechanism, whatever their efforts"
+)
+
+
+class TaskMotion(Frozen):
+    """How a machine moves as tasks say. It does not change; threads may share it.
+
+    Attributes:
+        machine: solves the mechanism, driven by its actuated joints.
+        tasks: the tasks.
+        rows: names of their rows, in the order of positions.
+        actuated: names of the joints that carry the effort.
+        weights: by how much the square of each effort counts.
+    """
+
+    _blocks: list[Block]
+    _follower: ProblemSolver
+
+    def __init__(
+        self,
+        machine: ProblemSolver,
+        tasks: tuple[Task, ...],
+        actuated: tuple[str, ...],
+        weights: Mapping[str, float] | None = None,
+        like: TaskMotion | None = None,
+    ) -> None:
+        """Find what follows the tasks.
+
+        Args:
+            machine: see the attribute.
+            tasks: likewise.
+            actuated: likewise.
+            weights: those that are not as usual.
+            like: motion of a scene that may differ in what does not move.
+
+        Raises:
+            MobilityError: there are too few rows, too many, or some depend on others.
+            SingularConfigurationError: the scene starts where actuated joints cannot follow.
+        """
+        self.machine, self.tasks, self.actuated = machine, tasks, actuated
+        self.weights = _weights(machine.problem.mechanism, actuated, weights)
+        if like and like.tasks == tasks and like.machine.assembly is machine.assembly:
+            self._blocks, self._follower = like._blocks, like._follower
+        else:
+            self._blocks, self._follower = _followed(machine, tasks)
+        self.rows = tuple(name for block in self._blocks for name in block.rows)
+        self._freeze()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return TaskMotion, (self.machine, self.tasks, self.actuated, self.weights)
+
+    def sweep(
+        self,
+        position: object,
+        speed: object,
+        acceleration: object,
+        held: object,
+        along_path: bool,
+        acting: Callable[[Problem, Array, Array], Acting],
+    ) -> TaskSweep:
+        """Return the sweep of the machine where rows move as given.
+
+        Args:
+            position: of the rows `(..., m)`.
+            speed: likewise.
+            acceleration: likewise.
+            held: held joints to other positions.
+            along_path: see `Scene.sweep`.
+            acting: returns what acts, with speeds and accelerations of the drives of a problem.
+
+        Raises:
+            CardanError: as `Scene.sweep`.
+        """
+        followed = self._follow(position, speed, acceleration, held, along_path)
+        refused: SingularConfigurationError | None = None
+        for machine in self._machines():
+            try:
+                return self._driven(machine, followed, acting)
+            except SingularConfigurationError as error:
+                refused = refused or error
+        assert refused is not None
+        raise refused
+
+    def reachable(self, position: object, held: object) -> Array:
+        """Return at which rows the mechanism can be, see `Scene.reachable`."""
+        columns = self._columns(self._values("position", position), False)
+        targets = targets_of(self._follower.problem, columns, held)
+        solver = self._follower.of_varied(targets.varied)
+        return solver.assembly.reachable(targets).reshape(targets.shape)
+
+    def range(self) -> tuple[float, float]:
+        """Return between which positions the only row can move, see `Scene.motion_range`."""
+        ((start,),) = (block.start for block in self._blocks)
+        low, high = self._follower.assembly.motion_range()
+        return low + float(start), high + float(start)
+
+    def _machines(self) -> Iterator[ProblemSolver]:
+        """Yield what solves the machine; where more joints are actuated, other drives as well."""
+        yield self.machine
+        problem = self.machine.problem
+        if len(self.actuated) > len(problem.independent):
+            problem = replace(problem, independent=self.actuated, listed=True)
+            for machine in solvers(problem, self.machine):
+                if machine.problem.independent != self.machine.problem.independent:
+                    yield machine
+
+    def _follow(
+        self, position: object, speed: object, acceleration: object, held: object, along_path: bool
+    ) -> Followed:
+        """Return how the mechanism follows rows of the task; arguments as of `sweep`."""
+        problem = self._follower.problem
+        given = self._values("position", position)
+        rates = self._values("speed", speed), self._values("acceleration", acceleration)
+        acting = problem.acting
+        if any(map(np.any, rates)):
+            every = [
+                block.rates(*(values[..., own] for values in rates)) for block, own in self._spans()
+            ]
+            acting = acting_on(problem, *map(_joined, zip(*every, strict=True)))
+        targets = targets_of(problem, self._columns(given, along_path), held)
+        targets = targets.expanded(common_shape({"position": targets.shape, **acting.shapes}))
+        self.machine.refuse_too_many(targets.size)
+        solver = self._follower.of_varied(targets.varied)
+        try:
+            assembled = solver.assembled_in_turn(targets, along_path)
+            x, v, a = solver.moved(assembled, acting)
+        except (AssemblyError, SingularConfigurationError) as error:
+            raise self._told(error, given, targets) from error
+        ratios = VelocityRatios(np.zeros((len(x), 0)), np.zeros((0, 0), dtype=int))
+        where = x, assembled.turns, (v, a, ratios), targets.shape
+        condition = partial(_condition, solver, assembled, x)
+        return Followed(
+            Given(self.tasks, self.rows, given, *rates, condition),
+            Motion(problem.mechanism, problem.independent, *where),
+            held,
+        )
+
+    def _told(
+        self, error: AssemblyError | SingularConfigurationError, given: Array, targets: Targets
+    ) -> CardanError:
+        """Return an error of the follower in terms of the rows `(..., m)` that were given."""
+        sample, count = error.sample, len(self._follower.problem.independent)
+        mechanism = self.machine.problem.mechanism
+        if sample is None:
+            return error
+        asked = flat(given, targets.shape, trailing=1)[sample]
+        which = f"{as_text(asked)} (sample {sample} of {targets.size})"
+        # What follows the tasks is no business of users.
+        own = {"position": as_position(asked), "reach": None, "finding": "", "hint": ""}
+        details = {**error.details, **own}
+        rows = ", ".join(self.rows)
+        if isinstance(error, SingularConfigurationError):
+            return SingularConfigurationError(
+                f"the task, {rows}, cannot be followed to {which}: there or on the straight way "
+                f"there is {_FIRST} (condition {error.condition:.1e})"
+                f"{_moving(error, mechanism)}. Stay on one side of it, or begin beyond it with "
+                "near=",
+                **{**details, **_filtered(error, mechanism)},
+            )
+        nearest, reached = error.nearest, ""
+        if nearest is not None:
+            nearest = self._rows_at(np.atleast_1d(nearest)[:count])
+            reached = (
+                f"; on the straight way there the nearest that was reached is {as_text(nearest)}"
+            )
+            details["nearest"] = as_position(nearest)
+        return AssemblyError(
+            f"the task, {rows}, is out of reach at {which}{reached}; change it, or begin with "
+            "near= where the mechanism works in another way",
+            **details,
+        )
+
+    def _spans(self) -> Iterator[tuple[Block, slice]]:
+        """Yield blocks, and which rows are theirs."""
+        first = 0
+        for block in self._blocks:
+            yield block, slice(first, first + len(block.rows))
+            first += len(block.rows)
+
+    def _columns(self, given: Array, along_path: bool) -> Array:
+        """Return positions of the follower's drives `(..., d)` of rows `(..., m)`."""
+        return _joined(
+            [block.positions(given[..., own], along_path) for block, own in self._spans()]
+        )
+
+    def _rows_at(self, columns: Array) -> Array:
+        """Return rows `(m,)` at positions `(d,)` of the follower's drives."""
+        counts = np.cumsum([len(block.drives) for block in self._blocks])
+        parts = zip(self._blocks, np.split(columns, counts[:-1]), strict=True)
+        return _joined([block.rows_at(part) for block, part in parts])
+
+    def _values(self, name: str, value: object) -> Array:
+        """Return positions, speeds or accelerations of rows as `(..., m)`."""
+        array, count = numbers(name, value), len(self.rows)
+        if not array.size:
+            raise ArgumentError(f"{name} is empty")
+        if not array.ndim:
+            return np.full(count, float(array))
+        if count == 1 and not (array.ndim > 1 and array.shape[-1] == 1):
+            return array[..., None]
+        if array.shape[-1] != count:
+            raise ArgumentError(
+                f"{name} has shape {array.shape}, expected a number or (..., {count}), a column "
+                f"for each row of the task: {', '.join(self.rows)}"
+            )
+        return array
+
+    @cached_property
+    def _both(self) -> tuple[Array, Array]:
+        """Columns of the coordinates of the mechanism, and of those of the follower's."""
+        mechanism, other = self.machine.problem.mechanism, self._follower.problem.mechanism
+        both = [
+            np.concatenate([np.r_[each.coordinates.columns[name]] for name in mechanism.joints])
+            for each in (mechanism, other)
+        ]
+        return both[0], both[1]
+
+    def _driven(
+        self,
+        machine: ProblemSolver,
+        followed: Followed,
+        acting_on: Callable[[Problem, Array, Array], Acting],
+    ) -> TaskSweep:
+        """Return the sweep of a machine whose actuated joints move as they have to.
+
+        Raises:
+            SingularConfigurationError: they do not decide where it is.
+        """
+        problem, motion = machine.problem, followed.motion
+        drives, coordinates = problem.independent, problem.mechanism.coordinates
+        at, speeds, accelerations = (
+            np.stack([read(name) for name in drives], axis=-1)
+            for read in (motion.position, motion.velocity, motion.acceleration)
+        )
+        acting = acting_on(problem, speeds, accelerations)
+        targets = targets_of(problem, at, followed.held)
+        shape = common_shape({"position": targets.shape, **acting.shapes})
+        targets = targets.expanded(shape)
+        solver = machine.of_varied(targets.varied)
+        solver.refuse_too_many(targets.size)
+        own, theirs = self._both
+        given = coordinates.columns_of((*drives, *targets.varied))
+
+        def coordinates_near() -> tuple[Array, Array]:
+            x, turns = np.zeros((2, targets.size, coordinates.size))
+            for ours, every in (x, motion.x), (turns, motion.turns):
+                shaped = every[:, theirs].reshape(*motion.shape, -1)
+                ours[:, own] = flat(shaped, shape, trailing=1)
+            x[:, given], turns[:, given] = targets.prescribed, 0.0
+            return x, turns
+
+        def solved(acting: Acting) -> Sweep:
+            # They are closed already, so that Newton's method has nothing to do.
+            try:
+                near = solver.assembled_near(targets, *coordinates_near())
+                return sweep_of(solver, near, acting)
+            except (AssemblyError, SingularConfigurationError) as error:
+                # What is closed can get lost only where the actuated joints do not hold it.
+                if (sample := error.sample) is None:
+                    raise
+                x = coordinates_near()[0][sample : sample + 1]
+                condition = float(solver.assembly.kinematics.evaluate(x).condition[0])
+                if condition < REGULAR_CONDITION:
+                    raise
+                where = flat(followed.given.position, shape, trailing=1)[sample]
+                details = {**error.details, "position": as_position(where), "condition": condition}
+                found = f": {error.finding}" * bool(error.finding)
+                raise SingularConfigurationError(
+                    f"the task is at {as_text(where)} (sample {sample}) in {_SECOND} (condition "
+                    f"{condition:.1e}){found}; leave it out, or actuate other joints",
+                    **details,
+                ) from error
+
+        return TaskSweep.of(followed.given, self.actuated, self.weights, solved, acting)
+
+
+def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Block], ProblemSolver]:
+    """Return how followers of tasks are driven, and what closes a machine's loops with them.
+
+    Raises:
+        MobilityError: there are too few rows, too many, or some depend on others.
+        SingularConfigurationError: the scene starts where actuated joints cannot follow.
+    """
+    start, of = configuration_of(machine), machine.problem
+    mobility = len(of.independent)
+    mechanism, blocks = followers(of.mechanism, tasks, start)
+    rows = [name for block in blocks for name in block.rows]
+    named, name = ", ".join(rows), of.mechanism.name
+    if twice := {row for row in rows if rows.count(row) > 1}:
+        raise ArgumentError(f"the task names {choices(twice)} more than once")
+    if len(rows) != mobility:
+        apart = abs(len(rows) - mobility)
+        advice = (
+            f"{apart} too few: add axes of points, angles or names of coordinates, or hold joints"
+            if len(rows) < mobility
+            else f"{apart} too many: leave out what it cannot be given, such as axes of points"
+        )
+        raise MobilityError(
+            f"{name}: its motion has {mobility} degrees of freedom, and the task {len(rows)} rows "
+            f"({named}), {advice}",
+            mobility=mobility,
+        )
+    closing = {loop.joint for loop in mechanism.loops}
+    added = mechanism.joints.keys() - of.mechanism.joints.keys() - closing
+    near: dict[str, Any] = {**dict.fromkeys(added, 0.0), **of.held}
+    for joint, at in start.items():
+        # By its coordinates, where these make turns of a ball.
+        each, values = of.mechanism.joints[joint].coordinates, np.ravel(at)
+        turns = len(each) == len(values) > 1
+        near = {**(dict(zip(each, values, strict=True)) if turns else {joint: at}), **near}
+    try:
+        problem = checked(
+            mechanism,
+            drive=[drive for block in blocks for drive in block.drives],
+            held=of.held,
+            near=near,
+            outputs=(),
+        )
+        solver = ProblemSolver(problem)
+    except SingularConfigurationError as error:
+        raise SingularConfigurationError(
+            f"{name}: the scene starts in {_FIRST} (condition {error.condition:.1e})"
+            f"{_moving(error, of.mechanism)}. Start elsewhere with near=",
+            **{**error.details, "finding": "", **_filtered(error, of.mechanism)},
+        ) from error
+    except MobilityError as error:
+        free = [key for key in error.free if key in of.mechanism.drivable]
+        left = f", and leave {choices(free)} undecided" if free else ""
+        raise MobilityError(
+            f"{name}: the rows of the task ({named}) depend on each other{left}; give others",
+            mobility=mobility,
+            free=free,
+        ) from error
+    return blocks, solver
+
+
+def _moving(error: SingularConfigurationError, mechanism: Mechanism) -> str:
+    """Return in words what of a mechanism can move at a singular configuration of its follower."""
+    moving = _filtered(error, mechanism)["moving"]
+    return f": {choices(moving)} can move while the task rests" if moving else ""
+
+
+def _filtered(
+    error: SingularConfigurationError, mechanism: Mechanism
+) -> dict[str, tuple[str, ...]]:
+    """Return which coordinates of a mechanism an error of its follower names."""
+    named = {"joints": error.joints, "moving": error.moving}
+    known = mechanism.drivable
+    return {role: tuple(name for name in every if name in known) for role, every in named.items()}
+
+
+def solvers(problem: Problem, like: ProblemSolver | None = None) -> Iterator[ProblemSolver]:
+    """Yield solvers of a problem, or, where it has too many drives, of as many of them as decide.
+
+    Args:
+        problem: with all actuated joints as drives.
+        like: solver of a similar problem, see `ProblemSolver`.
+
+    Raises:
+        MobilityError, SingularConfigurationError: no such drives decide the motion.
+    """
+    actuated = problem.independent
+    try:
+        yield ProblemSolver(problem, like)
+        return
+    except MobilityError as error:
+        if error.mobility is None or error.mobility >= len(actuated):
+            raise
+        refused: CardanError = error
+        mobility = error.mobility
+    found = False
+    for drives in combinations(actuated, mobility):
+        try:
+            solver = ProblemSolver(replace(problem, independent=drives), like)
+        except (MobilityError, SingularConfigurationError) as error:
+            refused = error
+            continue
+        found = True
+        yield solver
+    if not found:
+        raise refused
+
+
+def listed(mechanism: Mechanism, given: object) -> tuple[Task, ...]:
+    """Return tasks, with names of coordinates one by one."""
+    several = isinstance(given, Iterable) and not isinstance(given, str)
+    tasks: list[Task] = []
+    for item in given if several else (given,):  # type: ignore[attr-defined]
+        if isinstance(item, str):
+            tasks += each_coordinate(mechanism, (item,))
+        elif isinstance(item, KINDS):
+            tasks.append(item)
+        else:
+            raise ArgumentError(
+                f"task has {described(item)}; expected cd.PointTask, cd.AngleTask, cd.PoseTask or "
+                "names of coordinates"
+            )
+    if not tasks:
+        raise ArgumentError("the task is empty: say what moves as given, such as cd.PointTask")
+    return tuple(tasks)
+
+
+def _weights(
+    mechanism: Mechanism, actuated: tuple[str, ...], given: Mapping[str, float] | None
+) -> FrozenDict[str, float]:
+    """Return by how much the square of each actuated effort counts [1, of slides m²]."""
+    length = mechanism.characteristic_length
+    weights = {name: length**2 if mechanism.drivable[name].slides else 1.0 for name in actuated}
+    for name, value in mapping("effort_weights", given).items():
+        if name not in weights:
+            raise ArgumentError(
+                f"effort_weights: {name!r} is not actuated; actuated are {choices(actuated, name)}"
+            )
+        weights[name] = number(f"effort_weights[{name!r}]", value)
+        if not weights[name] > 0.0:
+            raise ArgumentError(f"effort_weights[{name!r}] is {value}; weights are positive")
+    return frozen(weights)
+
+
+def _condition(solver: ProblemSolver, assembled: AssembledPositions, x: Array) -> Array:
+    return solver.magnification_at(assembled, x).reshape(assembled.shape)
+
+
+def _joined(parts: Sequence[Array]) -> Array:
+    return np.concatenate(parts, axis=-1)

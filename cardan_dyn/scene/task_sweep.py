@@ -1,0 +1,298 @@
+"""Task sweep: the result of a scene with a task, with the efforts of its actuated joints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+import numpy as np
+
+from ..core.dynamics.inverse_dynamics import UNIQUE_TOLERANCE
+from ..core.problem.acting import Acting
+from ..core.results.motion import Motion
+from ..core.results.sweep import Sweep
+from ..core.results.table import Table, Variable
+from ..kit.arrays import Array, spread
+from ..kit.errors import IndeterminateError, choices
+from ..kit.frozen import frozen, made, read_only
+from .tasks import Task, missed
+
+if TYPE_CHECKING:
+    from ..core.results.point_motion import Points
+
+
+class Given(NamedTuple):
+    """How rows of a task move.
+
+    Attributes:
+        tasks: whose they are.
+        rows: their names.
+        position, speed, acceleration: `(..., m)`, which broadcast with the samples.
+        condition: condition number of following them, or what returns it.
+    """
+
+    tasks: tuple[Task, ...]
+    rows: tuple[str, ...]
+    position: Array
+    speed: Array
+    acceleration: Array
+    condition: Array | Callable[[], Array]
+
+
+class Followed(NamedTuple):
+    """How a mechanism follows a task.
+
+    Attributes:
+        given: what it follows.
+        motion: of the mechanism with what follows the task.
+        held: held joints to other positions, as they were given.
+    """
+
+    given: Given
+    motion: Motion
+    held: Any
+
+
+class TaskSweep(Sweep):
+    """Joint wrenches, efforts and motion of a scene whose task moves as given.
+
+    It is a `Sweep` of the machine: `drives`, `position`, `drive_effort` and the like are those of
+    its actuated joints, or of those among them that decide the motion; wrenches are the machine's,
+    and the task carries nothing. A `derivative` tells what a number changes while the motion of
+    these joints stays as it is. Near configurations where actuated joints lose hold of the
+    mechanism, `condition` tells how uncertain efforts are, and `task_condition` does so of rates
+    where the task ends its reach.
+
+    Attributes:
+        rows: names of the rows of the task.
+        actuated_unique: actuated joint to whether its effort follows from the laws of motion. Where
+            more joints are actuated than decide the motion, efforts are shared so that the sum of
+            their squares times the scene's weights is least; wrenches that depend on it are not
+            unique, and efforts of actuated joints that are no drives are among the `loads`.
+    """
+
+    rows: tuple[str, ...]
+    actuated_unique: Mapping[str, bool]
+    _given: Given
+    _shares: Mapping[str, Array]
+
+    def __init__(
+        self,
+        *,
+        given: Given,
+        shares: Mapping[str, Array],
+        actuated_unique: Mapping[str, bool],
+        **of_sweep: Any,
+    ) -> None:
+        # `shares` are efforts of actuated joints that are no drives; the rest as in `Sweep`.
+        for values in given[2:5]:
+            read_only(values)
+        self.rows, self.actuated_unique = given.rows, actuated_unique
+        self._given, self._shares = given, shares
+        super().__init__(**of_sweep)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        _, arguments = super().__reduce__()
+        kind, given, known = cast("tuple[Any, ...]", arguments)
+        own = {
+            "given": self._given._replace(condition=self.task_condition),
+            "shares": self._shares,
+            "actuated_unique": self.actuated_unique,
+        }
+        return made, (kind, {**given, **own}, known)
+
+    @classmethod
+    def of(
+        cls,
+        given: Given,
+        actuated: tuple[str, ...],
+        weights: Mapping[str, float],
+        solved: Callable[[Acting], Sweep],
+        acting: Acting,
+    ) -> TaskSweep:
+        """Return a sweep of a task.
+
+        Args:
+            given: how its rows move.
+            actuated: names of the joints that carry its efforts, its drives among them.
+            weights: of the squares of their efforts.
+            solved: returns a sweep of the machine.
+            acting: what acts on it besides.
+
+        Raises:
+            IndeterminateError: efforts are not unique, and the scene is strict.
+        """
+        sweep = solved(acting)
+        unique, of_couplings, shares = sweep.unique, sweep.coupling_unique, {}
+        actuated_unique = dict.fromkeys(actuated, True)
+        others = [name for name in actuated if name not in sweep.drives]
+        if others:
+            # Rates of all actuated joints per unit of each drive: they transmit efforts as well.
+            ratio = sweep.motion.ratio
+            of_each = [
+                np.stack([ratio(name, drive) for name in actuated], -1) for drive in sweep.drives
+            ]
+            rates = np.stack(of_each, -1)
+            weighed = rates / np.array([weights[name] for name in actuated])[:, None]
+            needed = np.moveaxis(rates, -1, -2) @ weighed
+            effort = sweep.drive_effort.reshape(*sweep.shape, -1, 1)
+            efforts = (weighed @ np.linalg.solve(needed, effort))[..., 0]
+            shares = {name: efforts[..., actuated.index(name)] for name in others}
+            flags = _unique(sweep, solved, acting, others, rates, actuated)
+            unique, of_couplings, actuated_unique = flags
+            if sweep.problem.strict and not all(actuated_unique.values()):
+                chosen = [name for name, is_unique in actuated_unique.items() if not is_unique]
+                raise IndeterminateError(
+                    f"{sweep.mechanism.name}: more joints are actuated than decide the motion, so "
+                    f"that the laws of motion leave open how {choices(chosen)} share their effort; "
+                    "actuate fewer, or leave strict out to have the least norm",
+                    components={name: ["effort"] for name in chosen},
+                )
+            sweep = solved(_loaded(acting, shares))
+        return cls(
+            given=given,
+            shares=frozen(shares),
+            actuated_unique=frozen(actuated_unique),
+            problem=sweep._problem,
+            held=sweep._held,
+            acting=sweep._acting,
+            source=sweep._source,
+            unique=np.array(unique),
+            coupling_moment=sweep.coupling_moment,
+            coupling_unique=frozen(of_couplings),
+            condition=sweep._condition,
+            proven=sweep._proven,
+        )
+
+    @cached_property
+    def task_position(self) -> Array:
+        """Positions of the rows `(N, m)` [rad or m]; `(N,)` of a single one."""
+        return self._spread(self._given.position)
+
+    @cached_property
+    def task_speed(self) -> Array:
+        """Their speeds [rad/s or m/s], like `task_position`."""
+        return self._spread(self._given.speed)
+
+    @cached_property
+    def task_acceleration(self) -> Array:
+        """Their accelerations [rad/s² or m/s²], likewise."""
+        return self._spread(self._given.acceleration)
+
+    def _spread(self, values: Array) -> Array:
+        """Return values `(..., m)` in the shape of the samples, without an axis for one row."""
+        every = np.array(spread(values, (*self.shape, len(self.rows))))
+        return read_only(every[..., 0] if len(self.rows) == 1 else every)
+
+    @cached_property
+    def task_condition(self) -> Array:
+        """Condition number `(N,)` of positions and rates of the actuated joints.
+
+        It grows towards singular configurations of the first kind, where the task ends its reach;
+        `condition` does towards those of the second kind. See there for how it counts.
+        """
+        condition = self._given.condition
+        values = condition() if callable(condition) else condition
+        return read_only(spread(values, self.shape))
+
+    @cached_property
+    def task_residual(self) -> float:
+        """Greatest error of the rows, where the machine's own coordinates place its links.
+
+        It is an angle [rad], or a length as a fraction of `Mechanism.characteristic_length`; what
+        follows the task has no part in it.
+        """
+        every = spread(self._given.position, (*self.shape, len(self.rows)))
+        return missed(self._given.tasks, every, self)
+
+    @cached_property
+    def actuated_effort(self) -> Mapping[str, Array]:
+        """Actuated joint to its effort `(N,)` [N·m or N], like `drive_effort`.
+
+        Raises:
+            ModelError: the outputs of the scene leave it out.
+        """
+        of_drives = self.drive_effort.reshape(*self.shape, -1)
+        efforts = {name: of_drives[..., k] for k, name in enumerate(self.drives)}
+        efforts |= dict(self._shares)
+        return frozen({name: read_only(efforts[name]) for name in self.actuated_unique})
+
+    def table(self, *, motion: bool = True, points: Points = ()) -> Table:
+        """Return all results as a table, with positions, speeds and accelerations of the task.
+
+        Arguments as of `Sweep.table`.
+        """
+        table = super().table(motion=motion, points=points)
+        dims = (*table.samples, "task")
+        per = {"position": "", "speed": "/s", "acceleration": "/s²"}
+        units = [self._unit(task) for task in self.rows]
+        variables = [
+            (
+                f"task_{name}",
+                Variable(
+                    dims,
+                    getattr(self, f"task_{name}").reshape(*self.shape, -1),
+                    tuple(unit + rate for unit in units),
+                    f"{name} of the task",
+                    True,
+                ),
+            )
+            for name, rate in per.items()
+        ]
+        labels = {**table.labels, "task": self.rows}
+        return replace(table, variables=[*table.variables, *variables], labels=labels)
+
+    def _unit(self, row: str) -> str:
+        drivable = self.mechanism.drivable
+        if row in drivable:
+            return drivable[row].unit
+        return "rad" if row.rpartition(".")[2].startswith("turn_") else "m"
+
+
+def _loaded(acting: Acting, more: Mapping[str, Array | float]) -> Acting:
+    """Return what acts, with efforts at some joints besides."""
+    loads = dict(acting.joint_loads)
+    for name, effort in more.items():
+        loads[name] = np.asarray(loads.get(name, 0.0) + effort)
+    return acting._replace(joint_loads=frozen(loads))
+
+
+def _unique(
+    sweep: Sweep,
+    solved: Callable[[Acting], Sweep],
+    acting: Acting,
+    others: list[str],
+    rates: Array,
+    actuated: tuple[str, ...],
+) -> tuple[Array, dict[str, bool], dict[str, bool]]:
+    """Return which components of wrenches `(k, 6)`, couplings and efforts no sharing changes.
+
+    Args:
+        sweep: in which drives alone carry the efforts.
+        solved: returns a sweep of the machine.
+        acting: what acts in it.
+        others: actuated joints that are no drives.
+        rates: `(..., a, n)` of all actuated joints per unit of each drive.
+        actuated: their names.
+    """
+    unique, of_couplings = np.array(sweep.unique), dict(sweep.coupling_unique)
+    of_drives = np.zeros(len(sweep.drives), dtype=bool)
+    for name in others:
+        changed = solved(_loaded(acting, {name: 1.0}))
+        pairs = zip(changed.values(), sweep.values(), strict=True)
+        every = [
+            np.concatenate([after.force - before.force, after.moment - before.moment], axis=-1)
+            for after, before in pairs
+        ]
+        sizes = np.abs(every).reshape(len(every), math.prod(sweep.shape), 6).max(axis=1)
+        unique &= sizes <= UNIQUE_TOLERANCE * sizes.max(initial=0.0)
+        for coupling, moment in changed.coupling_moment.items():
+            apart = np.abs(moment - sweep.coupling_moment[coupling]).max()
+            of_couplings[coupling] &= bool(apart <= UNIQUE_TOLERANCE)
+        turned = np.abs(rates[..., actuated.index(name), :]).reshape(-1, len(of_drives)).max(axis=0)
+        of_drives |= turned > UNIQUE_TOLERANCE * turned.max(initial=0.0)
+    flags = dict(zip(sweep.drives, ~of_drives, strict=True))
+    return unique, of_couplings, {name: bool(flags.get(name, False)) for name in actuated}
