@@ -12,14 +12,14 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from ....kit.arrays import LARGE_BLOCK, Array, blocks
+from ....kit.arrays import LARGE_BLOCK, Array, blocks, neighbours
 from ....kit.threads import in_threads
 from ...mechanics.bodies import Tree, massless
 from ...mechanics.elimination import Order
 from ...mechanics.following import NEAR, Line, Place
 from ...mechanics.sample import Roles
 from ...mechanism.mechanism import Mechanism
-from ...tape import Program, Scalar, Stage, Stages, Trace, select
+from ...tape import LANES, Program, Scalar, Stage, Stages, Trace, select
 from ..closing.all_groups import Kinematics
 from ..closing.group_solver import MOST_STEPS
 from ..loops.closure_blocks import closure_blocks, with_rods
@@ -115,8 +115,8 @@ class TapedLines:
             own: indices of the lines.
         """
         ways = targets[own] - self._start[self._columns]
-        # Lines of a length end together, and so do those of a block.
-        order = np.argsort(np.abs(ways).sum(axis=1), kind="stable")
+        # Lines to places near by take as many steps, and those of a block end together.
+        order = neighbours(ways, LANES)
         own, ways = own[order], ways[order].T
         ends = targets[own].T
         given, inputs = dict(self._begin), []
