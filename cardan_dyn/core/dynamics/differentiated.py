@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...kit.arrays import EPS, Array
+from ...kit.arrays import EPS, Array, blocks
 from ...kit.differences import slope
 from ...kit.errors import ModelError
 from ..elements.element import Element
@@ -32,8 +32,6 @@ from .taped import MOST_TAPES, TapedSolver, vectors
 
 _TOLD = Found._fields.index("x") - Found._fields.index("failure")
 """Rows in which a tape tells of itself."""
-_BLOCK = 1024
-"""Samples that are differentiated at a time, so that memory is bounded."""
 
 
 @dataclass(frozen=True)
@@ -405,13 +403,13 @@ def changes_of(
         inputs: what is prescribed.
         parameters: some.
     """
-    blocks = []
-    for start in range(0, len(x), _BLOCK):
-        own = np.arange(start, min(start + _BLOCK, len(x)))
-        blocks.append(_changes(taped, x[own], v[own], inputs.of_samples(own), parameters))
+    found = []
+    for span in blocks(len(x)):  # So that memory is bounded.
+        given = x[span], v[span], inputs.of_samples(np.arange(len(x))[span])
+        found.append(_changes(taped, *given, parameters))
     return [
         Change._make(map(np.concatenate, zip(*parts, strict=True)))
-        for parts in zip(*blocks, strict=True)
+        for parts in zip(*found, strict=True)
     ]
 
 

@@ -246,7 +246,6 @@ class GroupState(NamedTuple):
         error: `(N, R)`.
         inverse: `(N, R, p)`: inverse of the passives' rows, or its pseudoinverse; with k idle rods
             `(N, R + k, p)`.
-        null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
         condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
         residual: `(N,)` closure error.
         correction: `(N,)` how far the guess was off.
@@ -258,7 +257,6 @@ class GroupState(NamedTuple):
     rows: Array
     error: Array
     inverse: Array
-    null: Array
     condition: Array
     residual: Array
     correction: Array
