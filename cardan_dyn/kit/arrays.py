@@ -117,7 +117,9 @@ def neighbours(points: Array, most: int) -> Array:
     They are cut into strips of equal numbers along the first axis, these along the next, and so on.
     """
     count, axes = points.shape
-    order, parts = np.arange(count), max(1.0, count / most) ** (1.0 / axes)
+    if count <= most:
+        return np.arange(count)
+    order, parts = np.arange(count), (count / most) ** (1.0 / axes)
     for axis in range(axes):
         strips = np.floor(np.arange(count) / count * parts**axis)
         along = points[order, axis]

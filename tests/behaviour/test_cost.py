@@ -77,6 +77,16 @@ def test_calls_for_what_computes_little() -> None:
     assert calls(lambda: scene(0.8)) < 2500
 
 
+def test_calls_of_the_first_sweep_of_another_scene() -> None:
+    """What a scene of the same motion has proven, and how bodies are cut free, is known by then."""
+    platform, legs = cd.load("stewart_platform"), [f"leg_{index}" for index in range(1, 7)]
+    positions = np.random.default_rng(0).uniform(-0.1, 0.1, (24, 6))
+    cd.Scene(platform, drive=legs, gravity=(0.0, 0.0, -1.62)).sweep(positions)
+    scene = cd.Scene(platform, drive=legs, gravity=(0.0, 0.0, -9.81))
+    first, later = (calls(lambda: scene.sweep(positions)) for _ in range(2))
+    assert first < 3 * later
+
+
 def test_calls_of_a_quadrature() -> None:
     """Of a known mechanism, those of its integral and of the proof of its motion."""
     mechanism = cd.load("universal_joint")

@@ -238,7 +238,7 @@ class InverseDynamics:
         groups: Sequence[tuple[Group, bool]],
         known_bodies: Collection[int],
         decided: Array,
-        proven_flags: set[tuple[object, ...]],
+        start: Array,
     ) -> None:
         """Make the inverse dynamics.
 
@@ -248,8 +248,7 @@ class InverseDynamics:
             groups: these, and whether their forces are solved, too.
             known_bodies: bodies (0-based) on which every wrench is known.
             decided: velocity coordinates of the passive joints whose motion is solved.
-            proven_flags: flags that were proven of scenes with the same motion, and of which
-                wrenches these are; more are added to it.
+            start: `(size,)` closed coordinates at which the drives start.
         """
         self._problem = problem
         self._mechanism = mechanism = problem.mechanism
@@ -268,8 +267,10 @@ class InverseDynamics:
         self._claimed = sorted(indices, key=indices.__getitem__)
         self.claimed = sorted(indices.values())
         self._claimed_indices = consecutive(np.array(self.claimed, dtype=int))
-        self._proven_flags = proven_flags
         self._prescribed = problem.prescribed_columns
+        # Of scenes with the same motion, flags that were proven, and of which wrenches these are.
+        motion = kinematics.key, start.tobytes(), self._prescribed.tobytes()
+        self._proven_flags = mechanism.kept.of("proven flags", motion, set[tuple[object, ...]])
         scale = mechanism.coordinates.rate_scale
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
         bodies = {body for item in kinematics.solvers for body in item.group.inertial_bodies}
@@ -296,13 +297,20 @@ class InverseDynamics:
         known = np.zeros(mechanism.model.nv, dtype=bool)
         known[self._prescribed] = known[self._decided] = True
         motion = Motion(problem.independent, tuple(problem.held), known)
-        return FreeBodies(
-            mechanism.second_reading,
-            mechanism.coordinates,
-            mechanism.characteristic_length,
-            Setup(motion, self._claimed, problem.elements, mechanism.zero),
-            mechanism.kept,
-        )
+
+        def made() -> FreeBodies:
+            return FreeBodies(
+                mechanism.second_reading,
+                mechanism.coordinates,
+                mechanism.characteristic_length,
+                Setup(motion, self._claimed, problem.elements, mechanism.zero),
+                mechanism.kept,
+            )
+
+        if problem.elements:
+            return made()
+        key = motion.drives, motion.held, known.tobytes(), *self._claimed
+        return mechanism.kept.of("free bodies", key, made)
 
     def prove_flags(self, solution: Solution) -> None:
         """Refuse a solution whose flags of uniqueness are contradicted by self-stresses.

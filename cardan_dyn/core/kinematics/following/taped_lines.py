@@ -53,10 +53,14 @@ class TapedLines:
             orders: returns orders of elimination.
         """
         groups = [solver.group for solver in kinematics.solvers]
-        loops = [index for group in groups for index in group.loops]
-        couplings = [index for group in groups for index in group.couplings]
-        tree = with_rods(massless(mechanism, loops, couplings), mechanism, groups)
-        self._tree = tree
+
+        def of_groups() -> Tree:
+            loops = [index for group in groups for index in group.loops]
+            couplings = [index for group in groups for index in group.couplings]
+            return with_rods(massless(mechanism, loops, couplings), mechanism, groups)
+
+        keys = tuple(group.key for group in groups)
+        self._tree = tree = mechanism.kept.of("trees of lines", keys, of_groups)
         drives = tuple(kinematics.drives.tolist())
         self._roles = Roles(drives, (), closure_blocks([(group, True) for group in groups]), ())
         self._legs = legs
