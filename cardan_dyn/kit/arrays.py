@@ -125,7 +125,7 @@ def neighbours(points: Array, most: int) -> Array:
         along = points[order, axis]
         # Within a strip less than one, so that one number sorts by both.
         along -= along.min()
-        order = order[np.argsort(strips + along / (2.0 * along.max() + 1.0))]
+        order = order[np.argsort(strips + along / (along.max() + 1.0))]
     return order
 
 
