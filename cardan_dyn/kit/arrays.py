@@ -98,6 +98,37 @@ def some(count: int, most: int) -> Array:
     return np.unique((0.5 * (1.0 + generic(most, 1)[:, 0]) * count).astype(int) % count)
 
 
+def distinct(rows: Array) -> tuple[Array, Array]:
+    """Return where the distinct rows of `(N, k)` first stand, ascending, and which each row is.
+
+    As `np.unique` along an axis, which takes ten times as long.
+    """
+    order = np.lexsort(rows.T[::-1]) if rows.size else np.arange(len(rows))
+    is_new = np.ones(len(rows), dtype=bool)
+    np.not_equal(rows[order[1:]], rows[order[:-1]]).any(axis=1, out=is_new[1:])
+    of = np.empty(len(rows), dtype=int)
+    of[order] = np.cumsum(is_new) - 1
+    return order[is_new], of
+
+
+def neighbours(points: Array, most: int) -> Array:
+    """Return an order of points `(N, d)` in which up to so many of them in a row lie near by.
+
+    They are cut into strips of equal numbers along the first axis, these along the next, and so on.
+    """
+    count, axes = points.shape
+    if count <= most:
+        return np.arange(count)
+    order, parts = np.arange(count), (count / most) ** (1.0 / axes)
+    for axis in range(axes):
+        strips = np.floor(np.arange(count) / count * parts**axis)
+        along = points[order, axis]
+        # Within a strip less than one, so that one number sorts by both.
+        along -= along.min()
+        order = order[np.argsort(strips + along / (along.max() + 1.0))]
+    return order
+
+
 def squeezed(values: Array) -> Array:
     """Return a single column `(N, 1)` as `(N,)`, several columns as they are."""
     return values[:, 0] if values.shape[1] == 1 else values

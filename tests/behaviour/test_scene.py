@@ -220,7 +220,7 @@ def test_closed_positions_stay_right_when_more_of_the_motion_becomes_known() -> 
     before = scene.sweep(closed)["crank_bearing"].moment
     # What was closed for three rows of the planar loop is closed again for all six.
     kinematics = scene.solver.assembly.kinematics
-    assert kinematics.reductions[0].null[0].shape[1] == 3
+    assert kinematics.reductions[0].rows[0].shape[1] == 3
     kinematics.reductions[0] = kinematics.solvers[0].equations.full
     after = scene.sweep(closed)["crank_bearing"].moment
     assert relative(after, before) < 1e-13

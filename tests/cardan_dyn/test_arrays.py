@@ -10,7 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cardan_dyn.kit.arrays import consecutive, cross, generic, inverse, quaternion_product
+from cardan_dyn.kit.arrays import (
+    consecutive,
+    cross,
+    distinct,
+    generic,
+    inverse,
+    neighbours,
+    quaternion_product,
+)
 
 INTEGERS = st.integers(-1000, 1000)
 
@@ -98,3 +106,26 @@ def test_consecutive_indices_become_a_slice(indices: list[int], expected: object
     else:
         assert isinstance(result, np.ndarray)
         assert result.tolist() == expected
+
+
+@pytest.mark.parametrize("shape", [(200, 1), (200, 2), (200, 3), (7, 0), (1, 2)])
+def test_distinct_rows_are_those_of_numpy(shape: tuple[int, int]) -> None:
+    rows = np.rint(2.0 * generic(*shape))
+    chosen, of = distinct(rows)
+    _, expected, expected_of = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    np.testing.assert_array_equal(chosen, expected)
+    np.testing.assert_array_equal(of, expected_of)
+
+
+@pytest.mark.parametrize("axes", [1, 2, 3])
+def test_neighbours_in_a_row_are_near_each_other(axes: int) -> None:
+    """Points of a row lie in a box whose volume is about the share of it in all."""
+    points = generic(4096, axes)
+    order = neighbours(points, 32)
+    np.testing.assert_array_equal(np.sort(order), np.arange(4096))
+    boxes = np.ptp(points[order].reshape(-1, 32, axes), axis=1)
+    assert np.median(np.prod(boxes / 2.0, axis=1)) < 2.0 * 32 / 4096
+
+
+def test_equal_points_keep_all_of_them() -> None:
+    np.testing.assert_array_equal(np.sort(neighbours(np.ones((100, 2)), 8)), np.arange(100))

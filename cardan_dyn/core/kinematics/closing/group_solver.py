@@ -148,7 +148,6 @@ class GroupSolver:
         reduction: Reduction,
         turns: Array | None = None,
         most: int = MOST_CORRECTIONS,
-        leaves: float | None = None,
         settles: bool = False,
     ) -> GroupState:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
@@ -160,24 +159,18 @@ class GroupSolver:
             reduction: the rows that are solved.
             turns: see `evaluate`.
             most: greatest number of Newton steps.
-            leaves: error that may be left [rad]. Nothing is evaluated after a step that leaves
-                less: what is known is from before it, but for the residual. None closes the loops
-                as far as rounding lets them, as is done where equations outnumber unknowns.
             settles: whether idle rods are turned about their lines to where they settle, see
                 `spins`.
         """
         state = self.evaluate(x, reduction, turns)
         if not self.group.passives.size:
             return state
-        # Of more equations than unknowns only their evaluation tells whether steps lead anywhere.
-        if state.rows.shape[2] != self.group.passives.size:
-            leaves = None
-        state = self._stepped(state, np.arange(len(x)), x, turns, most, leaves)
+        state = self._stepped(state, np.arange(len(x)), x, turns, most)
         if settles and self.group.idle:
             # What is open stays as it is. Rods may have far to turn.
             (closed,) = np.nonzero(state.residual < CLOSURE_TOLERANCE)
             correction = state.correction.copy()
-            state = self._stepped(state, closed, x, turns, MOST_STEPS, None, settles)
+            state = self._stepped(state, closed, x, turns, MOST_STEPS, settles)
             state.correction[:] = correction
             # Whole turns of their joints depend on the way as well.
             columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
@@ -191,13 +184,14 @@ class GroupSolver:
         x: Array,
         turns: Array | None,
         most: int,
-        leaves: float | None,
         settles: bool = False,
     ) -> GroupState:
         """Return the state after steps of some samples (index), see `newton`."""
         now, correction = state if rest.size == len(x) else state.of(rest), state.correction
         before = np.full(len(x), np.inf)
-        for count in range(most if rest.size else 0):
+        for _ in range(most):
+            if not rest.size:
+                break
             step = now.step(now.error)
             sizes = self._sizes(step)
             correction[rest] += sizes
@@ -219,20 +213,11 @@ class GroupSolver:
             own = x[rest]
             self._moves.apply(own, step)
             x[rest] = own
-            if leaves is not None:
-                goes = ~((left <= leaves) & np.isfinite(now.condition))
-                done = rest[~goes]
-                state.residual[done] = np.minimum(left, now.residual)[~goes]
-                rest, left = rest[goes], left[goes]
-            if not rest.size or (leaves is not None and count == most - 1):
-                break
             now = self.evaluate(x[rest], state.reduction, None if turns is None else turns[rest])
             state = state.with_samples(rest, now)
             goes = left > EPS
             if not goes.all():
                 now, rest = now.of(goes), rest[goes]
-            if not rest.size:
-                break
         return state._replace(correction=correction)
 
     @cached_property
@@ -261,7 +246,6 @@ class GroupState(NamedTuple):
         error: `(N, R)`.
         inverse: `(N, R, p)`: inverse of the passives' rows, or its pseudoinverse; with k idle rods
             `(N, R + k, p)`.
-        null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
         condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
         residual: `(N,)` closure error.
         correction: `(N,)` how far the guess was off.
@@ -273,7 +257,6 @@ class GroupState(NamedTuple):
     rows: Array
     error: Array
     inverse: Array
-    null: Array
     condition: Array
     residual: Array
     correction: Array

@@ -25,8 +25,8 @@ def same_side(rows: Array, inverses: Array) -> Array:
     return np.asarray(np.linalg.det(np.matmul(rows, inverses)) > 0.0)
 
 
-def factorised(rows: Array, scale: Array | None, spins: int = 0) -> tuple[Array, Array, Array]:
-    """Return inverses, null spaces of the closure equations, and condition numbers `(N,)`.
+def factorised(rows: Array, scale: Array | None, spins: int = 0) -> tuple[Array, Array]:
+    """Return inverses of the closure equations, and condition numbers `(N,)`.
 
     Inverses are pseudoinverses of the closure equations where these are more than they have rank,
     or where a matrix is exactly singular; unit spins of idle rods follow. Condition numbers are in
@@ -39,19 +39,20 @@ def factorised(rows: Array, scale: Array | None, spins: int = 0) -> tuple[Array,
         spins: their number k.
 
     Returns:
-        Inverses `(N, R + k, p)`, null spaces `(N, R, R + k - p)` and condition numbers.
+        Inverses `(N, R + k, p)` and condition numbers.
     """
     count, p, columns = rows.shape
-    r = columns - spins
     if p == columns:
         try:
             inverse = np.linalg.inv(rows)
-            return inverse, np.zeros((count, r, 0)), condition_numbers(rows, inverse, scale)
+            return inverse, condition_numbers(rows, inverse, scale)
         except np.linalg.LinAlgError:
             pass  # One of them is exactly singular; pseudoinverses exist all the same.
-    rows, is_finite = _finite(rows)
+    # Of a matrix that is not finite, singular values would be refused for all.
+    is_finite = np.asarray(np.isfinite(rows).all(axis=(1, 2)))
+    rows = np.where(is_finite[:, None, None], rows, 0.0)
     units = np.ones((p, 1)) if scale is None else scale
-    closure, turning = rows[:, :, :r], rows[:, :, r:]
+    closure, turning = rows[:, :, : columns - spins], rows[:, :, columns - spins :]
     left, values, right = np.linalg.svd(closure * units)
     # With fewer equations there is no such rank; what else is undecided is not reported here.
     rank = min(p - spins, values.shape[1])
@@ -69,16 +70,7 @@ def factorised(rows: Array, scale: Array | None, spins: int = 0) -> tuple[Array,
         unit_spins = transposed(idle @ np.linalg.pinv(transposed(turning) @ idle))
         inverse = np.concatenate([inverse - (inverse @ turning) @ unit_spins, unit_spins], axis=1)
     inverse[~is_finite] = condition[~is_finite] = np.nan
-    return inverse, transposed(right[:, rank:]), condition
-
-
-def _finite(matrices: Array) -> tuple[Array, Array]:
-    """Return matrices `(N, i, j)` with zeros for those that are not finite, and which are `(N,)`.
-
-    Of any other, singular values would be refused for all.
-    """
-    is_finite: Array = np.asarray(np.all(np.isfinite(matrices), axis=(1, 2)))
-    return np.where(is_finite[:, None, None], matrices, 0.0), is_finite
+    return inverse, condition
 
 
 def ranks(rows: Array) -> Array:

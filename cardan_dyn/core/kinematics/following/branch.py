@@ -75,7 +75,9 @@ class Branch:
         self.windings = np.zeros(start.size)
         self.start = float(start[self._column])
         self._start = start
-        self._turns_tried = 0
+        # A polynomial of the drive, which grows steeply, does not repeat: no turn is tried.
+        grows = self._column in kinematics.curving_columns
+        self._turns_tried = _TURNS_TRIED if grows else 0
         ends = self.start + self.unit * _SIGNS[:, None]
         self._lines = Lines(kinematics, start[None, :], [self._column], ends, leads=True)
         self._known = self._tabled(self._lines.rows.of([1]))
@@ -240,11 +242,7 @@ class Branch:
             SingularConfigurationError: a dead point lies on the way.
         """
         with self._lock:
-            # A polynomial of the drive, which grows steeply, does not repeat: nothing is followed.
-            of_drive = self.kinematics.coordinates.column_of(self.kinematics.drives)
-            grows = np.any(np.isin(of_drive, self.kinematics.curving_columns))
-            most = 0 if grows else _TURNS_TRIED
-            while self.period is None and self._turns_tried < most:
+            while self.period is None and self._turns_tried < _TURNS_TRIED:
                 half = 0.5 * TURN * (self._turns_tried + 1)
                 if half >= within:
                     break
@@ -256,7 +254,7 @@ class Branch:
                 if is_back[0]:
                     self.period, self.windings = 2.0 * half, windings[0]
                 elif np.any(windings[:, self.kinematics.curving_columns]):
-                    self._turns_tried = most  # Nor does a polynomial of what goes round.
+                    self._turns_tried = _TURNS_TRIED  # Nor does a polynomial of what goes round.
             return self.period is not None
 
     def at(self, position: float) -> Array:
@@ -288,7 +286,7 @@ class Branch:
         left = table.positions[1:-1].searchsorted(positions, side="right")
         low, high = table.positions[left], table.positions[left + 1]
         # What little there is between the last node and a dead point is closed from that node.
-        share = np.clip((positions - low) / (high - low), 0.0, 1.0)
+        share = ((positions - low) / (high - low)).clip(0.0, 1.0)
         return quintic(table.curves[:, :, columns], left, share)
 
     @cached_property

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....kit.arrays import Array, blocks
+from ....kit.arrays import Array, blocks, distinct
 from ....kit.errors import AssemblyError, SingularConfigurationError
 from ...problem.problem import Problem
 from ...problem.samples import Targets
@@ -112,7 +112,9 @@ class JointMotion:
             (far,) = np.nonzero(np.abs(ahead) > TURN)
             if not far.size or not turns_freely(self._mechanism, self._names[index]):
                 continue
-            designs, of = np.unique(own[far][:, self._held], axis=0, return_inverse=True)
+            held = own[far][:, self._held]
+            chosen, of = distinct(held)
+            designs = held[chosen]
             period = self._period(index)
             ends = self._start[self._drive_columns] + np.zeros((2, len(designs), 1))
             ends[:, :, self._held] = designs
@@ -121,7 +123,9 @@ class JointMotion:
             is_back, windings = whole_turns(self._kinematics, *np.split(x, 2))
             is_back &= np.logical_and(*np.split(is_there, 2))
             back, of = far[is_back[of]], of[is_back[of]]
-            periods = np.trunc(ahead[back] / period)
+            # Of a closed way, both sides lead to a sample; that of several drives is another line.
+            whole = np.rint if len(self._driven) == 1 else np.trunc
+            periods = whole(ahead[back] / period)
             own[back, index] = turned_back(own[back, index], periods, period)
             for block in blocks(len(back)):
                 turns[back[block]] += periods[block, None] * windings[of[block]]
@@ -181,7 +185,7 @@ class JointMotion:
         x, is_there = np.tile(self._start, (len(own), 1)), np.ones(len(own), dtype=bool)
         for leg in self._legs:
             moved += leg
-            _, chosen, of = np.unique(own[:, moved], axis=0, return_index=True, return_inverse=True)
+            chosen, of = distinct(own[:, moved])
             columns = [self._drive_columns[index] for index in leg]
             found, ends = along_lines(
                 kinematics.part(leg, self._groups), x[chosen], columns, own[chosen][:, leg]

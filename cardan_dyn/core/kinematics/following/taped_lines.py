@@ -12,14 +12,14 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from ....kit.arrays import LARGE_BLOCK, Array, blocks
+from ....kit.arrays import LARGE_BLOCK, Array, blocks, neighbours
 from ....kit.threads import in_threads
 from ...mechanics.bodies import Tree, massless
 from ...mechanics.elimination import Order
 from ...mechanics.following import NEAR, Line, Place
 from ...mechanics.sample import Roles
 from ...mechanism.mechanism import Mechanism
-from ...tape import Program, Scalar, Stage, Stages, Trace, select
+from ...tape import LANES, Program, Scalar, Stage, Stages, Trace, select
 from ..closing.all_groups import Kinematics
 from ..closing.group_solver import MOST_STEPS
 from ..loops.closure_blocks import closure_blocks, with_rods
@@ -53,10 +53,14 @@ class TapedLines:
             orders: returns orders of elimination.
         """
         groups = [solver.group for solver in kinematics.solvers]
-        loops = [index for group in groups for index in group.loops]
-        couplings = [index for group in groups for index in group.couplings]
-        tree = with_rods(massless(mechanism, loops, couplings), mechanism, groups)
-        self._tree = tree
+
+        def of_groups() -> Tree:
+            loops = [index for group in groups for index in group.loops]
+            couplings = [index for group in groups for index in group.couplings]
+            return with_rods(massless(mechanism, loops, couplings), mechanism, groups)
+
+        keys = tuple(group.key for group in groups)
+        self._tree = tree = mechanism.kept.of("trees of lines", keys, of_groups)
         drives = tuple(kinematics.drives.tolist())
         self._roles = Roles(drives, (), closure_blocks([(group, True) for group in groups]), ())
         self._legs = legs
@@ -115,8 +119,8 @@ class TapedLines:
             own: indices of the lines.
         """
         ways = targets[own] - self._start[self._columns]
-        # Lines of a length end together, and so do those of a block.
-        order = np.argsort(np.abs(ways).sum(axis=1), kind="stable")
+        # Lines to places near by take as many steps, and those of a block end together.
+        order = neighbours(ways, LANES)
         own, ways = own[order], ways[order].T
         ends = targets[own].T
         given, inputs = dict(self._begin), []
