@@ -11,7 +11,7 @@ _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"
 _PREFIXED = ("N", "m", "Pa", "W", "J", "s", "Hz")
 """Units that may begin with a prefix; a kilogram has one, and turns are counted as they are."""
 _LEAST_MILLIMETRES = 1e-5
-"""Length [m] from which lengths below a metre are told in millimetres, as on drawings."""
+"""Length [m] from which lengths below a metre are told in millimetres."""
 _LONGEST = 6
 """Digits before the point, and zeros behind it, of a number that is written without a power."""
 NONE = "–"
@@ -21,7 +21,8 @@ NONE = "–"
 def prefix(size: float, unit: str) -> tuple[float, str]:
     """Return by what numbers up to a size are divided, and the unit of what comes out.
 
-    The greatest of them then is from 1 to below 1000, as far as there are prefixes for the unit.
+    The greatest of them then is from 1 to below 1000, as far as there are prefixes for the unit;
+    tenths have none, but of lengths, which are in millimetres then, as on drawings.
 
     Args:
         size: greatest absolute value, in `unit`.
@@ -34,7 +35,10 @@ def prefix(size: float, unit: str) -> tuple[float, str]:
     if first not in _PREFIXED or not size > 0.0 or not math.isfinite(size):
         return 1.0, unit
     # The size as it will be written: 999.99 N are 1 kN.
-    exponent = 3 * (_exponent(size, 4) // 3)
+    power = _exponent(size, 4)
+    exponent = 3 * (power // 3) if power != -1 else 0
+    if not min(_PREFIXES) <= exponent <= max(_PREFIXES) + 2:
+        return 1.0, unit
     # Milli goes with what is measured, and not with a quotient: 0.18 N/mm.
     least = 0 if "/" in unit and first != "m" else min(_PREFIXES)
     exponent = min(max(exponent, least), max(_PREFIXES))

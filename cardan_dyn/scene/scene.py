@@ -154,7 +154,8 @@ class Scene(Prescribed):
         "modes assembly_modes": "scene.branches()",
         "actuator_map motor_map": "scene.transmission(actuated, joints)",
         "task ik inverse_kinematics end_effector": "motion given at a link is "
-        "Scene(mechanism, task=[cd.PointTask('link')], actuated=[...])",
+        "Scene(mechanism, task=[cd.PointTask('link')], actuated=[...]); between motors and joints "
+        "it is scene.transmission(actuated, joints)",
         "eigenvalues frequencies": "scene.equilibrium(near).frequencies, cd.vibration",
         "mass inertia inertia_matrix crba": "scene.mass_matrix(positions)",
         "nle coriolis non_linear_effects": "scene.bias(positions, speeds)",

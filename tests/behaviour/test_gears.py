@@ -137,7 +137,7 @@ def test_why_it_is_open_is_told() -> None:
     assert "nothing acts" not in repr(turn["j0"])
     assert "least norm" not in repr(turn["j0"])
     assert told in turn.to_xarray().attrs["not_unique"]
-    assert "j0 (force xyz, moment xyz)" in turn.to_xarray().attrs["not_unique"]
+    assert "j0, j1 (force xyz, moment xyz)" in turn.to_xarray().attrs["not_unique"]
     assert told in str(cd.describe(scene.mechanism))
     assert not turn.wrench("j1", "world").unique.any()
     assert told in turn.left_open.why("j1")

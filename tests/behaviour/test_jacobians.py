@@ -330,9 +330,12 @@ def test_rods_that_spin_idly() -> None:
         return np.asarray(scene.jacobian("rocker", position=0.2 + by))
 
     np.testing.assert_allclose(plain.rate, 1.5 * sloped(at), atol=1e-10)
-    free = scene.replace(drive=None, free="a")
-    with pytest.raises(cd.ModelError, match="idle rods"):
-        free.linear(scene.sweep(0.2))
+    free = scene.replace(drive=None, free="a", gravity=(1.0, 2.0, -9.81))
+    driven = free.replace(drive="a", free=None)
+    stiffness = sloped(lambda by: driven.sweep(0.2 + by).drive_effort)
+    found = free.linear(driven.sweep(0.2))
+    assert found.stiffness[0, 0, 0] == pytest.approx(stiffness[0], rel=1e-8)
+    np.testing.assert_allclose(found.mass, free.mass_matrix(0.2), rtol=1e-12)
 
 
 def test_refusals() -> None:

@@ -296,7 +296,7 @@ def test_summaries_tell_signs_choices_and_that_nothing_acts() -> None:
 def test_notebooks_tell_signs_choices_and_that_nothing_acts() -> None:
     shown = universal()._repr_html_()
     assert "exerted by the parent link on the child link" in shown
-    assert "chosen by least norm: bearing_in (force xyz)" in shown
+    assert "chosen by least norm: bearing_in, pin_in, joint_angle," in shown
     idle = universal(loads={})._repr_html_()
     assert "<td>nothing acts</td>" in idle
     assert "nan" not in idle
@@ -319,7 +319,10 @@ def test_text_files_hold_units_signs_and_what_is_not_unique(tmp_path: Path) -> N
     assert "# mechanism: universal_joint" in header
     assert any(line.startswith("# wrenches: exerted by the parent link on") for line in header)
     (chosen,) = (line for line in header if line.startswith("# not_unique: "))
-    assert "chosen by least norm: bearing_in (force xyz), pin_in (force xyz)" in chosen
+    assert (
+        "chosen by least norm: bearing_in, pin_in, joint_angle, bearing_out, pin_out (force xyz)"
+        in chosen
+    )
     assert not any(line.startswith("# unproven") for line in header)
     # As texts: readers of numbers of older pandas round once more.
     read = pandas.read_csv(tmp_path / "turn.txt", comment="#", index_col=0, dtype=str)

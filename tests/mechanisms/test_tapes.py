@@ -109,7 +109,7 @@ def test_texts_on_arrays_have_the_bits_of_their_programs(
     def both(self: tape.Tape, rows: tape.Prescribed, x: np.ndarray) -> object:
         inputs = [*(row for part in rows.parts for row in part)]
         assert not any(row.any() for row, acts in zip(inputs, self.acting, strict=True) if not acts)
-        equations, program = self._equations, self._program
+        equations, program = self.equations, self._program
         columns = [*x[equations.per_sample], *x[equations.uniform, :1]]
         given = dict(zip(program.inputs, [*inputs, *columns], strict=True))
         shaped = {
@@ -120,7 +120,7 @@ def test_texts_on_arrays_have_the_bits_of_their_programs(
         rounding = equations.rounding(dict(enumerate(self._shadows)))
         with np.errstate(all="ignore"):
             told = equations.given(acting, list(x))
-            computed = equations.results(told, list(x), self._order, 0.0, rounding)
+            computed = equations.results(told, list(x), self.order, 0.0, rounding)
         for one, other in zip(traced, computed, strict=True):
             np.testing.assert_array_equal(one, np.broadcast_to(other, one.shape))
         compared.append(x.shape[1])

@@ -230,9 +230,9 @@ def _in_doubt(mechanism: Mechanism, tolerance: float) -> list[list[int]]:
         # plane or about one point, and in every way that can be.
         regular = sizes.min() > tolerance and len(sizes) == len(matrix)
         if not regular and max(joined) < len(mechanism.loops):
-            regular = bool(np.all(sizes[: 3 * len(joined)] > tolerance)) and all(
-                _keeps_together(blocks[index]) for index in joined
-            )
+            ways = sizes[: 3 * len(joined)]
+            regular = len(ways) == 3 * len(joined) and bool(np.all(ways > tolerance))
+            regular = regular and all(_keeps_together(blocks[index]) for index in joined)
         if not regular or max(errors[index] for index in joined) > _CLOSED:
             result.append(sorted(joined))
     return result

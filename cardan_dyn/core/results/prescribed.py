@@ -102,7 +102,7 @@ class MotionResult(Result, Prescribed):
         "trajectory path coupler_curve": ".point('link', (x, y, z)).position",
         "energy energies": "a Trajectory has .kinetic_energy and .potential_energy",
         "power": "drive_effort times speed is what a drive gives",
-        "gradient jacobian sensitivity sensitivities derivatives": "a Sweep has "
+        "jacobian sensitivity sensitivities derivatives": "a Sweep has "
         ".derivative('crank_bearing', 'mass:rod', 'origin:pin.x'), and of a weighted sum "
         ".gradient(weights, 'mass:*')",
     }

@@ -90,7 +90,7 @@ def test_what_is_known_of_an_open_force_is_told_beside_it() -> None:
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -10.0})
     turn = scene.sweep(POSITIONS)
     _, row, *_ = table_rows(turn._repr_html_())
-    assert row[1].endswith(f"(shear up to {turn[row[0]].shear.max():.4g} unique)")
+    assert row[1].endswith(f"(shear up to {turn[row[0]].shear.max():.4g} N unique)")
 
 
 def test_texts_of_a_description_are_escaped() -> None:

@@ -77,7 +77,8 @@ function rounded(value) {
 const PREFIXES = { "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T" };
 function prefixOf(size, unit) {
   if (!["N·m", "N", "m", "m/s"].includes(unit) || !(size > 0)) return { scale: 1, unit };
-  const power = 3 * Math.floor(Math.log10(Number(size.toPrecision(4))) / 3);
+  const digits = Math.floor(Math.log10(Number(size.toPrecision(4))));
+  const power = digits === -1 && !unit.startsWith("m") ? 0 : 3 * Math.floor(digits / 3);
   const within = Math.min(Math.max(power, -12), 12);
   return { scale: 10 ** within, unit: PREFIXES[within] + unit };
 }
