@@ -386,6 +386,7 @@ SPINNING = """<robot name="rod"><link name="base"/><link name="crank"/><link nam
 <successor link="rocker"><origin xyz="0.05 0.25 0.05"/></successor></loop></robot>"""
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:rod. loops are open")
 def test_how_idle_rods_turn() -> None:
