@@ -478,8 +478,10 @@ SWEEPS: dict[str, tuple[Callable[[], cd.Sweep], tuple[str, ...]]] = {
         ("A", "speed:A", "stiffness:*", "damping:*", "origin:C.*.x", "mass:*", "load:E"),
     ),
     "elements on links whose joints are elsewhere": (
-        lambda: four_bar(**elements(), held={"origin:B.x": 0.01}).sweep([0.5, 4.0], **GIVEN),
-        ("origin:A.*", "origin:B.*", "origin:E.*"),
+        lambda: four_bar(**elements(), held={"origin:B.x": 0.0}).sweep(
+            [0.5, 4.0], held={"origin:B.x": 0.01}, **GIVEN
+        ),
+        ("origin:A.*", "origin:B.x", "origin:B.y", "origin:E.*"),
     ),
     "elements at joints alone": (
         lambda: four_bar(elements=elements()["elements"][1:]).sweep([0.5, 4.0], **GIVEN),

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio
 import pytest
+from testkit.coordinates import sloped
 
 import cardan_dyn as cd
 
@@ -179,6 +180,30 @@ def test_derivatives_by_one_angle_beside_others_that_are_held() -> None:
         moved = scene.replace(held={name: 0.0})
         at = [moved.sweep(rows, held={name: k * step}).drive_effort for k in (-2, -1, 1, 2)]
         differences = (8.0 * (at[2] - at[1]) - (at[3] - at[0])) / (12.0 * step)
+        np.testing.assert_allclose(found, differences, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("yaw", [0.0, np.pi / 4, -np.pi / 4])
+def test_derivatives_by_angles_that_turn_the_axes_of_held_ones(yaw: float) -> None:
+    """Axes along x, y or z are kept as such, and turn away from there or come to lie there."""
+    text = ARM.replace('rpy="-0.3 1.2 0.5"', f'rpy="0 0 {yaw!r}"')
+    assert text != ARM
+    arm, rows, step = cd.load(text), np.array([[0.2, 0.3]]), 1e-3
+    for held, name in (("pitch", "yaw"), ("roll", "yaw"), ("roll", "pitch")):
+        scene = cd.Scene(
+            arm,
+            drive=["shoulder", "elbow"],
+            gravity=(1, 2, -9.81),
+            held={f"origin:elbow.{held}": 0.1},
+        )
+        found = scene.sweep(rows).derivative(f"origin:elbow.{name}").drive_effort
+        moved = scene.replace(held={f"origin:elbow.{name}": 0.0})
+        differences = sloped(
+            lambda by, moved=moved, name=name: (
+                moved.sweep(rows, held={f"origin:elbow.{name}": by}).drive_effort
+            ),
+            step,
+        )
         np.testing.assert_allclose(found, differences, rtol=0.0, atol=1e-9)
 
 
