@@ -29,6 +29,7 @@ from ..kit.errors import (
 from ..kit.frozen import Record
 from ..motion.simulation.equilibrium import Equilibrium
 from ..motion.simulation.trajectory import Trajectory
+from .task_sweep import TaskSweep
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -131,6 +132,8 @@ def linear_model(
     """Return the linear model of a scene; see `Scene.linear`."""
     problem = solver.problem
     sweep = at.sweep if isinstance(at, (Equilibrium, Trajectory)) else at
+    if isinstance(sweep, TaskSweep):
+        sweep = sweep.of_machine
     states = problem.free or problem.drives
     if not isinstance(sweep, Sweep):
         raise ArgumentError(
