@@ -207,6 +207,25 @@ def test_derivatives_by_angles_that_turn_the_axes_of_held_ones(yaw: float) -> No
         np.testing.assert_allclose(found, differences, rtol=0.0, atol=1e-9)
 
 
+def test_held_lengths_deform_bushings_that_texts_take_along() -> None:
+    """Undeformed is what the zero of a description says, or `origin_b`."""
+    name, half = "origin:shoulder.x", 0.5 * np.eye(6)
+    for place in (None, (0.4, 0.2, 0.3)):
+        rubber = cd.Bushing("upper", "base", (0.2, 0.0, 0.0), 100.0 * half, origin_b=place)
+
+        def effort(by: float = 0.0, rubber: cd.Bushing = rubber, **options: Any) -> cd.Sweep:
+            arm = cd.load(ARM.replace('xyz="0.1 0.2 0.3"', f'xyz="{0.1 + by!r} 0.2 0.3"'))
+            scene = cd.Scene(arm, drive=["shoulder", "elbow"], elements=[rubber], **options)
+            return scene.sweep([[0.3, 0.1]])
+
+        texts = sloped(lambda by, effort=effort: effort(by).drive_effort)
+        places = sloped(lambda by, effort=effort: effort(held={name: by}).drive_effort)
+        assert effort().derivative(name).drive_effort == pytest.approx(texts, abs=1e-8)
+        held = effort(held={name: 0.0}).derivative(name).drive_effort
+        assert held == pytest.approx(places, abs=1e-8)
+        assert (np.abs(texts - places).max() > 1.0) == (place is None)
+
+
 def test_designs_are_samples_and_lengths_are_driven() -> None:
     name = "origin:rocker_pin.successor.x"
     bar = cd.load("four_bar")
