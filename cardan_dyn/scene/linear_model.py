@@ -299,7 +299,12 @@ class _Reading:
         """Return the reader of a point's position or velocity along a world axis."""
         sweep = self._sweep
         place = self._points.get(of, of)
-        link, xyz = (place, np.zeros(3)) if isinstance(place, str) else place
+        if isinstance(place, str):
+            place = place, np.zeros(3)
+        if not isinstance(place, (tuple, list)) or len(place) != 2:
+            told = f"points[{of!r}] is {described(place)}"
+            raise ArgumentError(f"{told}, expected a link or (link, (x, y, z))")
+        link, xyz = place
         at = vector(f"points[{of!r}]", xyz, 3)
         carrier = CarriedFrame(sweep.mechanism, link, at)
         speeds = [f"speed:{name}" for name in sweep.coordinates]

@@ -314,6 +314,11 @@ def test_refusals() -> None:
         ({"outputs": ["bearing_out.force_x"]}, cd.IndeterminateError, "moves?|laws of motion"),
         ({"points": 3}, cd.ArgumentError, "points"),
         (
+            {"outputs": ["tip.position_x"], "points": {"tip": ("cross",)}},
+            cd.ArgumentError,
+            r"expected a link or \(link",
+        ),
+        (
             {"outputs": ["tip.position_x"], "points": {"tip": ("cross", (0, np.nan, 0))}},
             cd.ArgumentError,
             "points",
