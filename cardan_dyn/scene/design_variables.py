@@ -11,7 +11,7 @@ import numpy as np
 from ..core.results.derivative import Derivative
 from ..core.results.sweep import Sweep
 from ..kit.arrays import EPS, Array
-from ..kit.checks import mapping, number, whole
+from ..kit.checks import described, mapping, number, whole
 from ..kit.errors import (
     AccuracyError,
     ArgumentError,
@@ -21,6 +21,7 @@ from ..kit.errors import (
 )
 from ..kit.frozen import FrozenDict, frozen
 from ..kit.units import read_any
+from .task_sweep import TaskSweep
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -50,7 +51,8 @@ class DesignVariables:
                 value: numbers in SI units, or texts such as "20 mm".
 
         Raises:
-            ArgumentError: nothing is named, or bounds are no two finite numbers in this order.
+            ArgumentError: nothing is named, or by a pattern; or bounds are no two finite numbers in
+                this order.
             ModelError: a unit is not known.
         """
         ends = [_ends(*item) for item in mapping("bounds", bounds).items()]
@@ -61,11 +63,20 @@ class DesignVariables:
 
         def swept(x: bytes) -> Sweep | CardanError:
             try:
-                return solve(self.values(np.frombuffer(x)))
+                sweep = solve(self.values(np.frombuffer(x)))
+                if not isinstance(sweep, Sweep):
+                    raise ArgumentError(f"solve returned {described(sweep)}, expected a sweep")
+                return sweep
             except (AssemblyError, SingularConfigurationError, AccuracyError) as error:
                 return error
 
         def changes(x: bytes, sweep: Sweep) -> list[Derivative]:
+            if isinstance(sweep, TaskSweep):
+                raise ArgumentError(
+                    "the sweep of a task has derivatives of its machine alone, whose drives stay "
+                    "where they are while rows of the task move: return a sweep of a scene that is "
+                    "driven, or search without gradients"
+                )
             found: Any = sweep.derivative(*self.names)
             return [found] if len(self.names) == 1 else list(found.values())
 
@@ -78,7 +89,10 @@ class DesignVariables:
         return FrozenDict(dict(zip(self.names, found.tolist(), strict=True)))
 
     def _own(self, x: ArrayLike) -> Array:
-        return np.asarray(x, dtype=float)[: len(self.names)]
+        own = np.ravel(np.asarray(x, dtype=float))[: len(self.names)]
+        if len(own) < len(self.names):
+            raise ArgumentError(f"x has {len(own)} numbers, fewer than the {len(self.names)} names")
+        return own
 
     def starts(self, count: int, seed: int = 0) -> Iterator[Array]:
         """Yield arrays `(n,)`: those of some random designs that can be driven.
@@ -177,7 +191,8 @@ class Quantity:
 
         Raises:
             CardanError: the first design of all cannot be driven.
-            ArgumentError: the quantity is not finite.
+            ArgumentError: the quantity is not finite, or `solve` returns no sweep; of a gradient,
+                changes have another shape, or the sweep is of a task.
         """
         sweep = self._variables._swept(self._variables._own(x).tobytes())
         if isinstance(sweep, Sweep):
@@ -196,6 +211,12 @@ class Quantity:
         if not isinstance(sweep, Sweep):
             return np.zeros((*shape, len(of.names)))
         found = [self._change(sweep, by) for by in of._changes(key, sweep)]
+        for name, change in zip(of.names, found, strict=True):
+            if np.shape(change) != shape:
+                raise ArgumentError(
+                    f"the change with {name!r} has the shape {np.shape(change)}, whereas that of "
+                    f"the quantity is {shape}"
+                )
         return self._finite(x, np.stack(found, axis=-1) * (of.high - of.low))
 
     def _finite(self, x: ArrayLike, found: Any) -> Array:
@@ -233,6 +254,8 @@ class Optimum(NamedTuple):
 def _ends(name: str, ends: Any) -> tuple[float, float]:
     """Return the least and greatest value of a variable [SI units]."""
     label = f"bounds[{name!r}]"
+    if "*" in name:
+        raise ArgumentError(f"{label}: a variable has bounds of its own; name each by itself")
     if not isinstance(ends, (tuple, list, np.ndarray)) or len(ends) != 2:
         raise ArgumentError(f"{label} is {ends!r}, expected (least, greatest)")
     low, high = (

@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from fnmatch import fnmatchcase
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..core.description.origins import PREFIX
 from ..core.dynamics.problem_solver import ProblemSolver
 from ..core.mechanism.carried import CarriedFrame
 from ..core.results.derivative import Derivative
@@ -27,6 +29,7 @@ from ..kit.errors import (
 from ..kit.frozen import Record
 from ..motion.simulation.equilibrium import Equilibrium
 from ..motion.simulation.trajectory import Trajectory
+from .task_sweep import TaskSweep
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -129,6 +132,8 @@ def linear_model(
     """Return the linear model of a scene; see `Scene.linear`."""
     problem = solver.problem
     sweep = at.sweep if isinstance(at, (Equilibrium, Trajectory)) else at
+    if isinstance(sweep, TaskSweep):
+        sweep = sweep.of_machine
     states = problem.free or problem.drives
     if not isinstance(sweep, Sweep):
         raise ArgumentError(
@@ -151,6 +156,14 @@ def linear_model(
             )
     by = sweep.derivative(*dict.fromkeys((*states, *rates, *found, *given)))
     assert isinstance(by, Mapping)
+    # A pattern stands for all that it matches, but for what is found.
+    others = [name for name in by if name not in (*states, *rates, *found)]
+    given = tuple(
+        every
+        for name in given
+        for every in ([name] if name in by else others)
+        if name == every or fnmatchcase(every, name)
+    )
     rows = [sweep.coordinates.index(name) for name in states]
 
     def efforts(of: Sequence[str]) -> Array:
@@ -286,21 +299,28 @@ class _Reading:
         """Return the reader of a point's position or velocity along a world axis."""
         sweep = self._sweep
         place = self._points.get(of, of)
-        link, xyz = (place, np.zeros(3)) if isinstance(place, str) else place
-        carrier = CarriedFrame(sweep.mechanism, link, vector(f"points[{of!r}]", xyz, 3))
+        if isinstance(place, str):
+            place = place, np.zeros(3)
+        if not isinstance(place, (tuple, list)) or len(place) != 2:
+            told = f"points[{of!r}] is {described(place)}"
+            raise ArgumentError(f"{told}, expected a link or (link, (x, y, z))")
+        link, xyz = place
+        at = vector(f"points[{of!r}]", xyz, 3)
+        carrier = CarriedFrame(sweep.mechanism, link, at)
+        speeds = [f"speed:{name}" for name in sweep.coordinates]
+        if not moves:
+            return lambda _, by: by.point(link, at)[..., axis]
         jacobian = jacobian_at(sweep, carrier, unit_motions(sweep))
         own = ProblemSolver(sweep.problem, like=self._solver).complete.without_elements
-        rate = rate_at(own, sweep, carrier, jacobian) if moves else None
+        rate = rate_at(own, sweep, carrier, jacobian)
 
         def read(parameter: str, _: Derivative) -> Array:
-            kind, colon, coordinate = parameter.partition(":")
-            if not colon and kind in sweep.coordinates:
+            if parameter in sweep.coordinates:
                 # The rate of a column is how the velocity changes with its coordinate.
-                values = jacobian if rate is None else rate
-                return np.asarray(values[..., axis, sweep.coordinates.index(kind)])
-            if kind == "speed" and moves:
-                return np.asarray(jacobian[..., axis, sweep.coordinates.index(coordinate)])
-            if kind == "origin" or kind in sweep.held:
+                return np.asarray(rate[..., axis, sweep.coordinates.index(parameter)])
+            if parameter in speeds:
+                return np.asarray(jacobian[..., axis, speeds.index(parameter)])
+            if parameter in sweep.held or parameter.startswith(PREFIX):
                 raise ArgumentError(
                     f"{name!r} moves with {parameter!r}, of which its derivative is not known; "
                     "leave out one of both, or drive it"

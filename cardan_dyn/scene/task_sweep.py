@@ -21,6 +21,7 @@ from ..kit.frozen import frozen, made, read_only
 from .tasks import Task, missed
 
 if TYPE_CHECKING:
+    from ..core.results.derivative import Swept
     from ..core.results.point_motion import Points
 
 
@@ -62,9 +63,9 @@ class TaskSweep(Sweep):
     It is a `Sweep` of the machine: `drives`, `position`, `drive_effort` and the like are those of
     its actuated joints, or of those among them that decide the motion; wrenches are the machine's,
     and the task carries nothing. A `derivative` tells what a number changes while the motion of
-    these joints stays as it is. Near configurations where actuated joints lose hold of the
-    mechanism, `condition` tells how uncertain efforts are, and `task_condition` does so of rates
-    where the task ends its reach.
+    these joints stays as it is; of efforts that are shared, it tells nothing. Near configurations
+    where actuated joints lose hold of the mechanism, `condition` tells how uncertain efforts are,
+    and `task_condition` does so of rates where the task ends its reach.
 
     Attributes:
         rows: names of the rows of the task.
@@ -166,6 +167,27 @@ class TaskSweep(Sweep):
             condition=sweep._condition,
             proven=sweep._proven,
         )
+
+    @property
+    def of_machine(self) -> Sweep:
+        """The same of the machine, on which efforts of actuated joints that are no drives act."""
+        return Sweep(
+            problem=self._problem,
+            held=self._held,
+            acting=self._acting,
+            source=self._source,
+            unique=np.array(self.unique),
+            coupling_moment=self.coupling_moment,
+            coupling_unique=self.coupling_unique,
+            condition=self._condition,
+            proven=self._proven,
+            solver=self._solved_by,
+        )
+
+    def _swept(self, parameters: tuple[object, ...]) -> Swept:
+        shared = {name for name, is_unique in self.actuated_unique.items() if not is_unique}
+        # What holds a joint is not looked at one by one.
+        return super()._swept(parameters)._replace(shared=shared and {*shared, *self.held})
 
     @cached_property
     def task_position(self) -> Array:

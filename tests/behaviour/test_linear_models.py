@@ -166,6 +166,43 @@ def test_outputs_of_a_closed_chain_by_differences() -> None:
             np.testing.assert_allclose(row, by_differences, rtol=0, atol=1e-8 * size)
 
 
+def test_points_of_lengths_that_are_driven_or_held() -> None:
+    """Of names with a colon, coordinates as well as those of lengths."""
+    length, points = "origin:b.x", {"tip": ("coupler", (0.3, 0.2, 0.0))}
+    columns = ["tip.position_x", "tip.velocity_y"]
+    driven = cd.Scene(cd.load(BARS.replace('"a"', '"own:a"')), drive=["own:a", length])
+
+    def read(state: Array) -> list[float]:
+        position, speed = np.split(state, 2)
+        tip = driven.sweep(position, speed).point(*points["tip"])
+        return [tip.position[..., 0].item(), tip.velocity[..., 1].item()]
+
+    state = np.array([0.3, 0.01, 2.0, 0.1])
+    turn = driven.sweep(*np.split(state, 2))
+    found = driven.linear(turn, outputs=columns, points=points)[0]
+    assert found.states == ("own:a", length, "speed:own:a", f"speed:{length}")
+    moved = [sloped(lambda by, e=e: np.array(read(state + by * e))) for e in np.eye(4)]
+    agree(found.C, np.stack(moved, axis=-1), 1e-9)
+
+    held = driven.replace(drive=["own:a"], held={length: 0.01})
+    turn = held.sweep([[0.3]], speed=[[2.0]])
+    by_length = held.linear(turn, inputs=[length], outputs=columns[:1], points=points)[0]
+    across = found.C[0, 1] - by_length.D[0, 0]
+    assert abs(across) < 1e-12
+    for name in (length, "origin:c.successor.x"):
+        with pytest.raises(cd.CardanError, match=name):
+            held.linear(turn, inputs=[name], outputs=columns, points=points)
+
+
+def test_patterns_as_inputs() -> None:
+    scene = scene_of("four_bar")
+    turn = scene.sweep([0.3, 0.5], speed=2.0)
+    found = scene.linear(turn, inputs=["mass:*", "gravity.y", "*a"])
+    links = [f"mass:{name}" for name in scene.mechanism.links]
+    assert found.inputs == (*links, "gravity.y", "load:a")
+    agree(found.B, scene.linear(turn, inputs=found.inputs).B, 1e-15)
+
+
 def test_couplings_and_held_joints_as_outputs() -> None:
     scene = cd.Scene(
         cd.load("universal_joint"), free="bearing_in", held={"joint_angle": 0.4}, gravity=(1, 2, -G)
@@ -276,6 +313,11 @@ def test_refusals() -> None:
         ({"outputs": ["bearing_in.holding_effort"]}, cd.ModelError, "there are none"),
         ({"outputs": ["bearing_out.force_x"]}, cd.IndeterminateError, "moves?|laws of motion"),
         ({"points": 3}, cd.ArgumentError, "points"),
+        (
+            {"outputs": ["tip.position_x"], "points": {"tip": ("cross",)}},
+            cd.ArgumentError,
+            r"expected a link or \(link",
+        ),
         (
             {"outputs": ["tip.position_x"], "points": {"tip": ("cross", (0, np.nan, 0))}},
             cd.ArgumentError,

@@ -253,6 +253,7 @@ def test_what_is_not_finite_is_refused(linkage: cd.DesignVariables) -> None:
         ({"a": (0.0, np.nan)}, "is not finite"),
         ({"a": ("1 furlong", "2 furlong")}, "no number with a unit"),
         ([("a", (0.0, 1.0))], "bounds"),
+        ({"mass:*": (0.0, 1.0)}, "name each by itself"),
     ],
 )
 def test_false_bounds_are_refused(bounds: Any, message: str) -> None:
@@ -265,6 +266,36 @@ def test_unknown_names_are_refused_by_who_knows_them() -> None:
     wrong = cd.DesignVariables(lambda values: scene.sweep(PHI), {"mass:couplr": (1.0, 2.0)})
     with pytest.raises(cd.ModelError, match="did you mean 'coupler'"):
         effort(wrong).jac([0.5])
+
+
+def test_false_designs_are_refused(linkage: cd.DesignVariables) -> None:
+    mean = linkage.quantity(lambda sweep: sweep.drive_effort.mean(), lambda sweep, by: 0.0)
+    for x in ([0.5, 0.5], [], 0.5):
+        with pytest.raises(cd.ArgumentError, match="fewer than the 3 names"):
+            mean(x)
+    every = linkage.quantity(
+        lambda sweep: sweep.drive_effort, lambda sweep, by: by.drive_effort.sum()
+    )
+    with pytest.raises(cd.ArgumentError, match=r"has the shape \(\), whereas .* is \(24,\)"):
+        every.jac([0.5] * 3)
+    nothing = cd.DesignVariables(lambda values: None, {"a": (0.0, 1.0)})  # type: ignore[arg-type, return-value]
+    with pytest.raises(cd.ArgumentError, match="expected a sweep"):
+        effort(nothing)([0.5])
+
+
+def test_tasks_have_values_but_no_gradients() -> None:
+    """The machine's derivative would be zero, whereas the drive follows the row."""
+    name = "origin:crank_pin.x"
+    scene = cd.Scene(
+        cd.load("four_bar"), task="crank_bearing", actuated="rocker_bearing", held={name: 0.0}
+    )
+    variables = cd.DesignVariables(lambda values: scene.sweep(1.0, held=values), {name: (0, 0.01)})
+    place = variables.quantity(
+        lambda sweep: sweep.position, lambda sweep, by: by.motion.position("rocker_bearing")
+    )
+    assert abs(place([0.6]) - place([0.4])) > 1e-3
+    with pytest.raises(cd.ArgumentError, match="sweep of a task"):
+        place.jac([0.5])
 
 
 def test_points_change_as_drives_and_lengths_move_them() -> None:

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio
 import pytest
+from testkit.coordinates import sloped
 
 import cardan_dyn as cd
 
@@ -180,6 +181,49 @@ def test_derivatives_by_one_angle_beside_others_that_are_held() -> None:
         at = [moved.sweep(rows, held={name: k * step}).drive_effort for k in (-2, -1, 1, 2)]
         differences = (8.0 * (at[2] - at[1]) - (at[3] - at[0])) / (12.0 * step)
         np.testing.assert_allclose(found, differences, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("yaw", [0.0, np.pi / 4, -np.pi / 4])
+def test_derivatives_by_angles_that_turn_the_axes_of_held_ones(yaw: float) -> None:
+    """Axes along x, y or z are kept as such, and turn away from there or come to lie there."""
+    text = ARM.replace('rpy="-0.3 1.2 0.5"', f'rpy="0 0 {yaw!r}"')
+    assert text != ARM
+    arm, rows, step = cd.load(text), np.array([[0.2, 0.3]]), 1e-3
+    for held, name in (("pitch", "yaw"), ("roll", "yaw"), ("roll", "pitch")):
+        scene = cd.Scene(
+            arm,
+            drive=["shoulder", "elbow"],
+            gravity=(1, 2, -9.81),
+            held={f"origin:elbow.{held}": 0.1},
+        )
+        found = scene.sweep(rows).derivative(f"origin:elbow.{name}").drive_effort
+        moved = scene.replace(held={f"origin:elbow.{name}": 0.0})
+        differences = sloped(
+            lambda by, moved=moved, name=name: (
+                moved.sweep(rows, held={f"origin:elbow.{name}": by}).drive_effort
+            ),
+            step,
+        )
+        np.testing.assert_allclose(found, differences, rtol=0.0, atol=1e-9)
+
+
+def test_held_lengths_deform_bushings_that_texts_take_along() -> None:
+    """Undeformed is what the zero of a description says, or `origin_b`."""
+    name, half = "origin:shoulder.x", 0.5 * np.eye(6)
+    for place in (None, (0.4, 0.2, 0.3)):
+        rubber = cd.Bushing("upper", "base", (0.2, 0.0, 0.0), 100.0 * half, origin_b=place)
+
+        def effort(by: float = 0.0, rubber: cd.Bushing = rubber, **options: Any) -> cd.Sweep:
+            arm = cd.load(ARM.replace('xyz="0.1 0.2 0.3"', f'xyz="{0.1 + by!r} 0.2 0.3"'))
+            scene = cd.Scene(arm, drive=["shoulder", "elbow"], elements=[rubber], **options)
+            return scene.sweep([[0.3, 0.1]])
+
+        texts = sloped(lambda by, effort=effort: effort(by).drive_effort)
+        places = sloped(lambda by, effort=effort: effort(held={name: by}).drive_effort)
+        assert effort().derivative(name).drive_effort == pytest.approx(texts, abs=1e-8)
+        held = effort(held={name: 0.0}).derivative(name).drive_effort
+        assert held == pytest.approx(places, abs=1e-8)
+        assert (np.abs(texts - places).max() > 1.0) == (place is None)
 
 
 def test_designs_are_samples_and_lengths_are_driven() -> None:

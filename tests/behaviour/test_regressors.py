@@ -164,3 +164,20 @@ def test_four_bars_tell_eight_sums() -> None:
         for name in (item.parameter, *item.terms)
     }
     assert len(base) == 8 and links == {"crank", "coupler", "rocker"}
+
+
+def test_lengths_that_are_held_have_no_masses() -> None:
+    scene, rng = scene_of("four_bar"), np.random.default_rng(5)
+    motion = rng.normal(size=(3, 60)) * [[0.3], [1.0], [3.0]]
+    lengths = {"origin:b.x": 0.0, "origin:d.y": 0.0, "origin:c.predecessor.x": 0.0}
+    plain, held = (item.regressor(*motion) for item in (scene, scene.replace(held=lengths)))
+    assert held.parameters == plain.parameters
+    agree(held, plain, 1e-12)
+    assert len(held.base_parameters()) == len(plain.base_parameters())
+    # Designs are samples: sums that lengths tell apart are further ones.
+    moved = scene.replace(held=lengths).regressor(
+        *motion, held={"origin:b.x": np.array([[0.0], [0.05], [0.1]])}
+    )
+    assert moved.shape == (3, *plain.shape)
+    agree(moved[0], plain, 1e-12)
+    assert np.abs(moved[2] - plain.value).max() > 1e-3

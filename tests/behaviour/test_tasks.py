@@ -481,6 +481,14 @@ def test_more_actuated_joints_than_decide_the_motion() -> None:
     assert other["pin"].force == pytest.approx(shared["pin"].force, abs=1e-12)
     assert alone["pin"].unique[0]
     assert not shared["pin"].unique[0]
+    # How they are shared changes as well, of which derivatives of the machine say nothing.
+    by = shared.derivative("m1", "gravity.x")
+    assert all(np.isnan(of.drive_effort).all() for of in by.values())
+    with pytest.raises(cd.ModelError, match="laws of motion"):
+        shared.gradient({"m1.drive_effort": 1.0}, "m1")
+    # As loads they stay as they are, and are those of any sweep in linear models.
+    models = [scene.machine.linear(item).A for item in (shared, other)]
+    np.testing.assert_allclose(*models, rtol=1e-9, atol=1e-9)
     # A weight that forbids a joint to take part, and other drives where some do not decide.
     heavy = scene.replace(effort_weights={"e1": 1e14}).sweep(*circle(TIMES))
     assert heavy.actuated_effort["m2"] == pytest.approx(alone.actuated_effort["m2"], abs=1e-9)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -54,6 +54,9 @@ from .problem_solver import ProblemSolver
 from .pushing import Pushing
 from .tape import Equations, Kind, LinkKind, Prescribed, Tape
 from .taped import MOST_TAPES, TapedSolver, vectors
+
+if TYPE_CHECKING:
+    from ..proof.free_bodies import FreeBodies
 
 
 class Part(NamedTuple):
@@ -631,17 +634,25 @@ class Differentiated:
             of_joints = wrenches, read("efforts"), read("couplings")
             claims.append(dynamics.claim(read("x"), own, rates, *of_joints))
         claim, rate = claims
-        others = []
+        others, placed = [], None
         if isinstance(parameter, OfDescription):
-            for node, weight in zip(parameter.nodes, parameter.weights, strict=True):
-                described = parameter.changed(mechanism.second_reading, node)
-                others.append((dynamics.bodies_of(described, problem.elements), weight))
+
+            def changed_by(amount: float) -> FreeBodies:
+                described = parameter.changed(mechanism.second_reading, amount)
+                return dynamics.bodies_of(described, problem.elements)
+
+            if isinstance(parameter, OfOrigin):
+                placed = changed_by, parameter.unit
+            others = [
+                (changed_by(node), weight)
+                for node, weight in zip(parameter.nodes, parameter.weights, strict=True)
+            ]
         elif isinstance(parameter, OfElement):
             for end, sign in zip(parameter.ends, (1.0, -1.0), strict=True):
                 elements = parameter.among(problem.elements, end)
                 bodies = dynamics.bodies_of(mechanism.second_reading, elements)
                 others.append((bodies, sign / parameter.step))
-        opened, lost = derived_errors(dynamics.bodies, claim, rate, others)
+        opened, lost = derived_errors(dynamics.bodies, claim, rate, others, placed)
         lengths = np.repeat([mechanism.characteristic_length, 1.0], 3)
         greatest, size = (np.abs(of.wrenches * lengths).max(initial=0.0) for of in claims)
         size += greatest * np.abs(rate.x * mechanism.coordinates.scale).max(initial=0.0)

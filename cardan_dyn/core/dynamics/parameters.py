@@ -13,6 +13,7 @@ from ...kit.errors import ModelError
 from ..description.description import Description
 from ..elements.element import Element
 from ..mechanics.bodies import Mass, Tree
+from ..mechanics.vectors import UNTURNED
 from ..mechanism.mechanism import Mechanism
 from ..tape import Scalar
 from .tape import LinkKind
@@ -131,6 +132,8 @@ class OfOrigin(OfDescription):
                 "which derivatives are not known; of gears, couple them by forces='none'; of rods, "
                 "drive or hold their spins"
             )
+        # Axes of lengths and angles that are held turn: at some of these places, they are numbers.
+        numbers = [(_with_vectors(tree), links) for tree, links in numbers]
         of_tree, of_links = _slope(numbers, self.weights)
         return of_tree, of_links
 
@@ -146,6 +149,15 @@ class OfOrigin(OfDescription):
         of = Tree(*of_tree)
         moved = {name: _moved(getattr(tree, name), getattr(of, name), change) for name in _PLACED}
         return tree._replace(**moved), _moved(links, of_links, change)
+
+
+def _with_vectors(tree: Tree) -> Tree:
+    """Return a tree in which no axis is a number."""
+    bodies = (
+        body._replace(axis=UNTURNED[body.axis]) if isinstance(body.axis, int) else body
+        for body in tree.bodies
+    )
+    return tree._replace(bodies=tuple(bodies))
 
 
 _PLACED = ("axes", "bodies", "loops")
@@ -170,6 +182,8 @@ def _slope(values: Sequence[Any], weights: Sequence[float]) -> Any:
 
 def _moved(value: Any, slope: Any, change: Scalar) -> Any:
     """Return numbers in nested tuples and arrays, which change by some times their slopes."""
+    if isinstance(value, int) and isinstance(slope, tuple):  # An axis.
+        return _moved(UNTURNED[value], slope, change) if any(slope) else value
     if isinstance(value, tuple):
         items = [_moved(*pair, change) for pair in zip(value, slope, strict=True)]
         return type(value)(*items) if hasattr(value, "_fields") else tuple(items)

@@ -6,7 +6,7 @@ description or of an element besides changes it itself, of which nodes and weigh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import chain
 
 import numpy as np
@@ -19,9 +19,16 @@ from .free_bodies import FreeBodies
 from .residuals import Claim
 from .samples import Rows, Sample
 
+Placed = Callable[[float], FreeBodies]
+"""Returns the bodies of a description in which a length or an angle is greater by some amount."""
+
 
 def derived_errors(
-    bodies: FreeBodies, claim: Claim, rates: Claim, others: Sequence[tuple[FreeBodies, float]]
+    bodies: FreeBodies,
+    claim: Claim,
+    rates: Claim,
+    others: Sequence[tuple[FreeBodies, float]],
+    placed: tuple[Placed, float] | None = None,
 ) -> tuple[float, float]:
     """Return the greatest rates at which what should be zero grows: of positions, of wrenches.
 
@@ -31,9 +38,12 @@ def derived_errors(
         rates: how it is claimed to change, in arrays of the same shapes.
         others: bodies of other numbers, and weights, with which what they are off by at the same
             result adds up to the derivative by a number.
+        placed: if that is a length or an angle on which it depends what elements exert, which is
+            of no such degree: bodies where it is greater, and by how much it is about all there is.
     """
     exerted = bodies.exerted(claim)
-    rows, changes = Rows(claim, exerted), Rows(rates, _changed(bodies, claim, rates, exerted))
+    change = _changed(bodies, claim, rates, exerted, placed)
+    rows, changes = Rows(claim, exerted), Rows(rates, change)
     acting = rows.acting() | changes.acting()
     (moved,) = acting.nonzero()
     with Trace() as trace:
@@ -47,7 +57,7 @@ def derived_errors(
     every = np.concatenate([np.broadcast_to(part, (len(part), shape)) for part in changes.parts])
     result = program.run_rows([*rows.parts, every[moved]], shape)
     for other, weight in others:
-        of = Rows(claim, other.exerted(claim))
+        of = Rows(claim, exerted if placed else other.exerted(claim))
         found = chain(*_errors(other, of.sample(of.scalars, other.frames)))
         for row, value in zip(result, found, strict=True):
             row += weight * value
@@ -60,22 +70,28 @@ def _errors(bodies: FreeBodies, sample: Sample) -> tuple[list[Scalar], list[Scal
 
 
 def _changed(
-    bodies: FreeBodies, claim: Claim, rates: Claim, exerted: ElementLoads | None
+    bodies: FreeBodies,
+    claim: Claim,
+    rates: Claim,
+    exerted: ElementLoads | None,
+    placed: tuple[Placed, float] | None,
 ) -> ElementLoads | None:
-    """Return how what elements exert changes along a result; None without elements."""
+    """Return how what elements exert changes; None without elements. See `derived_errors`."""
     if exerted is None:
         return None
     far = np.maximum(np.abs(rates.x).max(axis=1), np.abs(rates.v).max(axis=1))
+    if placed:
+        far[:] = np.max(far, initial=1.0 / placed[1])
     far[far == 0.0] = 1.0
 
     def moved(at: float) -> Array:
-        by = (at / far)[:, None]
-        found = bodies.exerted(claim._replace(x=claim.x + by * rates.x, v=claim.v + by * rates.v))
+        by, of = (at / far)[:, None], placed[0](at / float(far[0])) if placed else bodies
+        found = of.exerted(claim._replace(x=claim.x + by * rates.x, v=claim.v + by * rates.v))
         assert found is not None
         every = [wrench.reshape(6, -1) for _, wrench in found.wrenches]
         return np.concatenate([found.efforts, *every])
 
     change, count = slope(moved) * far, len(exerted.efforts)
-    wrenches = change[count:].reshape(len(exerted.wrenches), 2, 3, -1)
+    wrenches = change[count:].reshape(len(exerted.wrenches), 2, 3, len(far))
     own = zip([body for body, _ in exerted.wrenches], wrenches, strict=True)
     return ElementLoads(change[:count], list(own), exerted.terms)

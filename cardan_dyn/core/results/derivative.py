@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -40,6 +40,7 @@ class Swept(NamedTuple):
         motion: of all samples.
         unique: `(k, 6)` see `JointWrench.unique`, a row per output.
         coupling_unique: coupling to whether its moment is unique.
+        shared: driven and held coordinates whose efforts depend on how others share theirs.
     """
 
     solver: ProblemSolver
@@ -47,6 +48,7 @@ class Swept(NamedTuple):
     motion: Motion
     unique: Array
     coupling_unique: Mapping[str, bool]
+    shared: Collection[str] = ()
 
     @property
     def problem(self) -> Problem:
@@ -193,7 +195,7 @@ class Derivative(Frozen):
 
     @cached_property
     def drive_effort(self) -> Array:
-        """That of `Sweep.drive_effort`.
+        """That of `Sweep.drive_effort`; NaN of drives that share it with other actuated joints.
 
         Raises:
             ModelError: the outputs of the scene leave it out.
@@ -292,13 +294,14 @@ def _rows_of(of: Swept, name: str) -> _Rows:
             raise ModelError("the drive effort was not asked for; add the driven joint to outputs")
         if joint and joint not in drives:
             raise ModelError(f"{name!r}: drives are {choices(drives, joint)}", name=joint)
-        own = coordinates.rates_of([joint] if joint else drives)
-        return _Rows("efforts", own, () if len(own) == 1 else (len(own),))
+        names = [joint] if joint else drives
+        own, unique = coordinates.rates_of(names), [name not in of.shared for name in names]
+        return _Rows("efforts", own, () if len(own) == 1 else (len(own),), unique)
     if kind == "holding_effort":
         known = of.solver.known_holding_efforts
         if joint not in known:
             raise ModelError(f"{name!r}: known are those of {choices(known, joint)}", name=joint)
-        return _Rows("efforts", coordinates.rates_of([joint]))
+        return _Rows("efforts", coordinates.rates_of([joint]), unique=[joint not in of.shared])
     if kind == "coupling_moment":
         if joint not in of.coupling_unique:
             told = choices(of.coupling_unique, joint)

@@ -188,7 +188,12 @@ def regressor_of(
         along_path=flag("along_path", along_path),
     )
     moves = unit_motions(sweep)
-    links = [item for item in mechanism.description.links if mechanism.links[item.name][0]]
+    description = mechanism.description
+    links = [
+        item
+        for item in description.links
+        if mechanism.links[item.name][0] and item.name not in description.origins
+    ]
     parts: list[Array] = []
     fastest = 0.0
     values: list[float] = []
