@@ -24,7 +24,7 @@ from ...scene.describe import describe
 from ...scene.mechanism_report import MechanismReport
 from .case import STANDING, Case
 from .described import fingerprint
-from .extremes import RIGHT, SIZES, Extreme, Extremes, extremes, quantities_of
+from .extremes import RIGHT, SIZES, Extreme, Extremes, counted, extremes, quantities_of
 from .grids import place, way
 from .page import today
 
@@ -158,7 +158,7 @@ class Findings(Result, Frozen):
         sweep = self.sweep
         search = self._found.search
         if sweep is None or search is None:
-            told = "" if sweep is None else f" Of the {len(sweep)} samples alone."
+            told = "" if sweep is None else f" Of the {counted(len(sweep))} alone."
             return sweep, told
         return (sweep if len(sweep) >= _DRAWN else search.evenly(_DRAWN, endpoint=True)), ""
 
@@ -308,7 +308,7 @@ class Findings(Result, Frozen):
         loose = sum(item.acts and not item.settled for item in self.extremes)
         doubt = f", {loose} extremes in doubt" if loose else ""
         doubt += f", {self._near_singular}" if self._near_singular else ""
-        return f"<{type(self).__name__} of {self.mechanism.name!r}: {count} samples{doubt}>"
+        return f"<{type(self).__name__} of {self.mechanism.name!r}: {counted(count)}{doubt}>"
 
     def __str__(self) -> str:
         lines = [f"{self.title}: {', '.join(self.case_lines)}", *self.said]
@@ -393,7 +393,7 @@ class Findings(Result, Frozen):
             lines.append(f"{text} at {speed_text(speeds, slides)}" if np.any(speeds) else text)
         if len(self.drives) > 1:
             # Extremes are sought far beyond them.
-            lines.append(f"at {len(sweep)} samples")
+            lines.append(f"at {counted(len(sweep))}")
         lines = lines or ["at rest"]
         for name, load in sweep.loads.items():
             if isinstance(load, Wrench):
