@@ -183,6 +183,7 @@ class Sheet(NamedTuple):
         for panel in self.panels:
             if panel.get_autoscaley_on():
                 settle(panel)
+            shorten(panel)
         panel = self.panels[0]
         if title and (not self.is_new or (len(self.panels) == 1 and not panel.get_title())):
             panel.set_title(wrapped(title, self.figure.get_figwidth()), fontsize=TITLE_SIZE)
@@ -428,10 +429,7 @@ def settle(panel: Axes, scale: float = 0.0) -> None:
         panel: axes with lines.
         scale: size of what the values are a part of.
     """
-    from .prefixes import PrefixFormatter
-
-    for axis in (panel.xaxis, panel.yaxis):
-        PrefixFormatter.of(panel, axis)
+    shorten(panel)
     if panel.name != "rectilinear" or panel.get_yscale() != "linear" or panel.patches:
         return
     if not panel.get_autoscaley_on() and panel not in _SETTLED:
@@ -456,6 +454,14 @@ def settle(panel: Axes, scale: float = 0.0) -> None:
     else:
         value = _ROOM_BEYOND * float(values[np.argmax(np.abs(values))])
         panel.set_ylim(min(0.0, value), max(0.0, value))
+
+
+def shorten(panel: Axes) -> None:
+    """Let axes write numbers with the prefixes that make them short, and without offsets."""
+    from .prefixes import PrefixFormatter
+
+    for axis in (panel.xaxis, panel.yaxis):
+        PrefixFormatter.of(panel, axis)
 
 
 def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[Path]:

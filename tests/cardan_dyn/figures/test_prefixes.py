@@ -107,3 +107,14 @@ def test_figures_are_pickled_with_their_prefixes() -> None:
     settle(panel)
     (again,) = pickle.loads(pickle.dumps(figure)).axes
     assert (told(again, "x"), told(again)) == ("mm", "kN")
+
+
+@pytest.mark.parametrize("loads", [(-5e3, -5.0), (-5.0, -5e3)])
+def test_diagrams_drawn_into_twice_show_both(loads: tuple[float, float]) -> None:
+    _, panel = plt.subplots()
+    for load in loads:
+        sweep_with(load).plot.polar("crank_pin", ax=panel)
+    assert (told(panel, "x"), told(panel)) == ("kN", "kN")
+    drawn = np.concatenate([line.get_xydata() for line in panel.get_lines()])
+    for values, limits in zip(drawn.T, (panel.get_xlim(), panel.get_ylim()), strict=True):
+        assert limits[0] <= values.min() and values.max() <= limits[1]
