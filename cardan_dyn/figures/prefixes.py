@@ -46,7 +46,7 @@ class PrefixFormatter(ScalarFormatter):
     def of(cls, panel: Any, axis: Any) -> None:
         """Let it write numbers of an axis, if its scale is linear and nothing else writes them."""
         formatter = axis.get_major_formatter()
-        if axis.get_scale() != "linear" or not isinstance(formatter, ScalarFormatter):
+        if axis.get_scale() != "linear" or type(formatter) not in (ScalarFormatter, cls):
             return
         if not isinstance(formatter, cls):
             formatter = cls()

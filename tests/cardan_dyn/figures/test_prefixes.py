@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib import pyplot as plt
+from matplotlib.ticker import ScalarFormatter
 
 import cardan_dyn as cd
 from cardan_dyn.figures.style import settle
@@ -98,6 +99,18 @@ def test_labels_of_others_are_kept_and_have_their_numbers() -> None:
     ticks = list(panel.get_yticks())
     shown = [float(text) for text in panel.yaxis.get_major_formatter().format_ticks(ticks)]
     np.testing.assert_allclose(shown, ticks)
+
+
+def test_formatters_of_others_are_kept() -> None:
+    class Ticks(ScalarFormatter):
+        pass
+
+    _, panel = plt.subplots()
+    panel.plot([0.0, 1.0], [0.0, 5e3])
+    panel.set_ylabel("force [N]")
+    panel.yaxis.set_major_formatter(Ticks())
+    settle(panel)
+    assert type(panel.yaxis.get_major_formatter()) is Ticks and panel.get_ylabel() == "force [N]"
 
 
 def test_figures_are_pickled_with_their_prefixes() -> None:
