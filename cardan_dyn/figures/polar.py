@@ -8,6 +8,7 @@ import numpy as np
 
 from ..kit.arrays import NOTHING, Array
 from ..kit.errors import ArgumentError
+from ..kit.quantities import amount
 from .style import (
     SMALL,
     Axes,
@@ -185,7 +186,9 @@ def _scale_bar(axes: Axes, length: float, greatest: float) -> None:
     height = low - _BAR_BELOW * (high - low)
     bar = [left, left + force * length]
     axes.plot(bar, [height, height], color="black", marker="|", markersize=9)
-    axes.annotate(f"{force:g} N", (bar[1], height), (6, 0), textcoords="offset points", va="center")
+    axes.annotate(
+        amount(force, "N"), (bar[1], height), (6, 0), textcoords="offset points", va="center"
+    )
 
 
 def _diagrams(
@@ -265,15 +268,19 @@ def diagram(
         half: the width of the axes, if not as large as the curve needs.
     """
     half = half or reach(ends) or 1.0
+    centre = 0.5 * (np.minimum(np.min(ends, axis=0), 0.0) + np.maximum(np.max(ends, axis=0), 0.0))
+    limits = np.stack([centre - half, centre + half], axis=1)
+    if axes.get_lines():  # What was drawn before stays in sight.
+        former = np.array([axes.get_xlim(), axes.get_ylim()])
+        limits[:, 0] = np.minimum(limits[:, 0], former.min(axis=1))
+        limits[:, 1] = np.maximum(limits[:, 1], former.max(axis=1))
     axes.plot(*ends.T, **curve_style(0, len(ends)))
     axes.plot(0.0, 0.0, "+", color="black", markersize=12, markeredgewidth=1.4)
     quarters = at if isinstance(at, Mapping) else _quarters(at)
     marks = ends[list(quarters)]
     axes.plot(*marks.T, "o", **{"color": line_style(0)["color"], "markersize": 5})
     _annotate(axes, ends, _labels(ends, quarters, half / _ROOM))
-    centre = 0.5 * (np.minimum(np.min(ends, axis=0), 0.0) + np.maximum(np.max(ends, axis=0), 0.0))
-    for set_limits, middle in zip((axes.set_xlim, axes.set_ylim), centre, strict=True):
-        set_limits(middle - half, middle + half)
+    axes.set(xlim=limits[0], ylim=limits[1])
     axes.set_aspect("equal")
     axes.locator_params(nbins=5)
 

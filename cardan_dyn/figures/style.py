@@ -17,7 +17,6 @@ from ..kit.arrays import NOTHING, Array
 from ..kit.checks import described, file_path, writing
 from ..kit.checks import names as checked_names
 from ..kit.errors import ArgumentError, MissingExtraError
-from ..kit.quantities import prefix
 
 Figure = Any
 """A `matplotlib.figure.Figure`."""
@@ -184,6 +183,7 @@ class Sheet(NamedTuple):
         for panel in self.panels:
             if panel.get_autoscaley_on():
                 settle(panel)
+            shorten(panel)
         panel = self.panels[0]
         if title and (not self.is_new or (len(self.panels) == 1 and not panel.get_title())):
             panel.set_title(wrapped(title, self.figure.get_figwidth()), fontsize=TITLE_SIZE)
@@ -429,12 +429,7 @@ def settle(panel: Axes, scale: float = 0.0) -> None:
         panel: axes with lines.
         scale: size of what the values are a part of.
     """
-    from matplotlib.ticker import ScalarFormatter
-
-    for axis in (panel.xaxis, panel.yaxis):
-        if isinstance(axis.get_major_formatter(), ScalarFormatter):
-            axis.get_major_formatter().set_useOffset(False)
-            _write_with_prefix(axis)
+    shorten(panel)
     if panel.name != "rectilinear" or panel.get_yscale() != "linear" or panel.patches:
         return
     if not panel.get_autoscaley_on() and panel not in _SETTLED:
@@ -461,18 +456,12 @@ def settle(panel: Axes, scale: float = 0.0) -> None:
         panel.set_ylim(min(0.0, value), max(0.0, value))
 
 
-def _write_with_prefix(axis: Any) -> None:
-    """Write numbers of an axis with the prefix of its unit that makes them short: kN, mm."""
-    head, bracket, unit = axis.get_label_text().rpartition("[")
-    if not bracket or not unit.endswith("]") or axis.get_scale() != "linear":
-        return
-    size = float(np.max(np.abs(axis.get_view_interval())))
-    scale, shown = prefix(size, unit.removesuffix("]"))
-    if scale != 1.0:
-        axis.set_label_text(f"{head}[{shown}]")
-        axis.set_major_formatter(
-            lambda value, _: f"{value / scale:g}".replace("-", "\N{MINUS SIGN}")
-        )
+def shorten(panel: Axes) -> None:
+    """Let axes write numbers with the prefixes that make them short, and without offsets."""
+    from .prefixes import PrefixFormatter
+
+    for axis in (panel.xaxis, panel.yaxis):
+        PrefixFormatter.of(panel, axis)
 
 
 def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[Path]:

@@ -84,6 +84,22 @@ def amount(value: float, unit: str, digits: int = 4) -> str:
     return f"{text}{'' if shown == '°' else ' '}{shown}".rstrip()
 
 
+def span(low: float, high: float, unit: str = "", words: str = " … ") -> str:
+    """Return two numbers in one unit, or one with its unit if they are the same.
+
+    >>> span(0.0, 8e-5, "m")
+    '0 … 0.08 mm'
+    """
+    if low == high:
+        return amount(low, unit)
+    size = max(abs(low), abs(high))
+    scale, shown = prefix(size, unit)
+    ends = [number(0.0 if abs(end) <= NOTHING * size else end / scale) for end in (low, high)]
+    if shown == "°":
+        return words.join(f"{end}°" for end in ends)
+    return f"{words.join(ends)} {shown}".rstrip()
+
+
 def _exponent(size: float, digits: int) -> int:
     """Return the power of ten of the first digit of a number that is written with so many."""
     return int(f"{size:.{digits - 1}e}".partition("e")[2])

@@ -15,6 +15,7 @@ from ..core.results.sweep import Sweep
 from ..kit.arrays import Array
 from ..kit.checks import mapping
 from ..kit.errors import MobilityError
+from ..kit.quantities import span
 from .drives import Drives, described_limits, drives_of
 from .presets import Preset, preset_of
 from .scene import Scene
@@ -29,7 +30,6 @@ _CLEAR = 0.05
 would be refused."""
 _WAY = 100
 """Steps of a way at which it is asked whether loops still close."""
-_ROUNDING = 1e-12
 
 
 class UsualMotion(NamedTuple):
@@ -90,10 +90,9 @@ def usual_motion(mechanism: Mechanism, *, samples: int = 721, **given: Any) -> U
         return UsualMotion(scene, phase, True, speed, said, box)
     low, high = found
     swing = (low + high) / 2.0 + (high - low) / 2.0 * np.sin(phase)
-    if slides(mechanism, name):
-        between = f"{_shown(low)} and {_shown(high)} m"
-    else:
-        between = f"{_shown(np.rad2deg(low))}° and {_shown(np.rad2deg(high))}°"
+    unit = "m" if slides(mechanism, name) else "°"
+    least, most = (value if unit == "m" else np.rad2deg(value) for value in found)
+    between = span(least, most, unit, " and ")
     said = f"{name} moves between {between}, there and back{why}"
     return UsualMotion(scene, np.asarray(swing), False, speed, said, np.array([found]))
 
@@ -178,11 +177,10 @@ def _range(scene: Scene, drive: str) -> tuple[float, float] | None:
     # Dead points at the ends are kept clear of, limits are not.
     clear = _CLEAR * (high - low) if np.isfinite(high - low) else 0.0
     start = float(scene.solver.assembly.start[mechanism.coordinates.named[drive].column])
-    if bottom <= start <= top:
-        low = bottom if bottom > low + clear else low + clear
-        high = top if top < high - clear else high - clear
-    else:
-        low, high = low + clear, high - clear
+    low, high = low + clear, high - clear
+    # A start beyond limits is where loops were closed first, and the way leads on from there.
+    if max(low, bottom) < min(high, top):
+        low, high = max(low, bottom), min(high, top)
     if not is_slide and not np.isfinite(low) and not np.isfinite(high):
         return None
     reach = _SLIDE_SWING * mechanism.characteristic_length if is_slide else _ANGLE_SWING
@@ -245,7 +243,3 @@ def _reached(scene: Scene, start: Array, ways: Array) -> Array:
     closes = scene.reachable(start + parts[:, None, None] * ways)
     first = np.where(closes.all(axis=0), _WAY, closes.argmin(axis=0) - 1)
     return np.where(first < _WAY, (1.0 - _CLEAR) * np.maximum(first, 0), first) / _WAY
-
-
-def _shown(value: float) -> str:
-    return f"{0.0 if abs(value) < _ROUNDING else value:.4g}"

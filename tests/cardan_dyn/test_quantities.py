@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cardan_dyn.kit.quantities import NONE, amount, column, number, prefix
+from cardan_dyn.kit.quantities import NONE, amount, column, number, prefix, span
 
 
 @pytest.mark.parametrize(
@@ -52,3 +52,18 @@ def test_no_value_moves_by_more_than_half_of_its_last_digit() -> None:
             if unit == "N" and 1e-9 < abs(value) < 1e14:
                 assert 0.1 <= abs(told / scale) < 1000.0
     assert number(1e7 / 3.0) == "3.333e+06"
+
+
+@pytest.mark.parametrize(
+    ("ends", "unit", "text"),
+    [
+        ((0.0, 8e-5), "m", "0 … 0.08 mm"),
+        ((-7.5, 7.5), "m", "-7.5 … 7.5 m"),
+        ((-1e-15, 180.0), "°", "0° … 180°"),
+        ((-2e3, 5.0), "N", "-2 … 0.005 kN"),
+        ((5.0, 5.0), "N", "5 N"),
+        ((0.5, 2.0), "", "0.5 … 2"),
+    ],
+)
+def test_spans_have_one_unit(ends: tuple[float, float], unit: str, text: str) -> None:
+    assert span(*ends, unit) == text

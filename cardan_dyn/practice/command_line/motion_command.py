@@ -15,7 +15,7 @@ from ...core.elements.described import described_elements
 from ...core.mechanics.exact import load
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.wrench import JointWrench
-from ...figures.wrenches import MARK, determined, known_part, together, values_of
+from ...figures.wrenches import MARK, QUANTITIES, determined, known_part, together, values_of
 from ...kit.arrays import NOTHING, Array
 from ...kit.checks import writing
 from ...kit.errors import ArgumentError, MissingExtraError, SimulationError
@@ -327,6 +327,14 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
         for what in ("force", "moment")
     )
     scale = together(force, moment, swept.mechanism.characteristic_length)
+
+    def acting(wrench: JointWrench, part: str) -> bool:
+        """Return whether a part of a wrench is more than rounding."""
+        size = np.nanmax(np.abs(values_of(wrench, part)), initial=0.0)
+        return bool(size > NOTHING * scale[QUANTITIES[part]])
+
+    # Positions at which an angle passes through zero miss it by rounding.
+    places = np.where(np.abs(places) <= NOTHING * np.max(np.abs(places)), 0.0, places)
     for name in swept.outputs:
         wrench = swept[name]
         for quantity in quantities:
@@ -335,9 +343,11 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
             else:
                 part = known_part(wrench, quantity)
                 missing |= np.isnan(values_of(wrench, quantity))
+                if not acting(wrench, part) and acting(wrench, quantity):
+                    part = quantity  # What statics leaves open of it is all there is.
             values = values_of(wrench, part) if part else np.full(len(places), np.nan)
             worst = _greatest(np.abs(values))
-            acts = abs(values[worst]) > NOTHING * scale["N" if quantity == "force" else "N·m"]
+            acts = bool(part) and acting(wrench, part)
             # What is but rounding has no place.
             found_at[quantity].append(float(places[worst]) if acts else np.nan)
             size = values[worst] if part == "torsion" else abs(values[worst])
@@ -392,5 +402,5 @@ def _star(wrench: JointWrench, quantity: str) -> str:
 
 
 def _greatest(sizes: Array) -> int:
-    """Return where sizes are greatest, among those that are known if any is."""
-    return int(np.argmax(np.where(np.isnan(sizes), -1.0, sizes)))
+    """Return where sizes are greatest first but for rounding, among those that are known."""
+    return int(np.argmax(sizes >= np.nanmax(sizes, initial=0.0) * (1.0 - NOTHING)))

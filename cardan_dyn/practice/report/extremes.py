@@ -140,7 +140,7 @@ def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
     rounding = _Rounding.of(sweep, quantities, samples)
     error, known_search = np.full(len(quantities), np.nan), None
     given, unknown = _fixed_case(sweep)
-    covered = f"the {len(sweep)} samples"
+    covered = f"the {counted(len(sweep))}"
     if np.isnan(samples).any():
         unknown = "some samples are not known themselves"
     elif box is not None and len(box) > 1:
@@ -183,6 +183,11 @@ def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
             f"{worst.unit}, as it does not settle however close positions are to each other"
         )
     return Extremes(tuple(rows), known_search, covered, unknown, rounding.part)
+
+
+def counted(samples: int) -> str:
+    """Return how many samples there are, in words."""
+    return f"{samples} sample{'s' * (samples != 1)}"
 
 
 def _values(quantities: list[Quantity], sweep: Sweep) -> Array:
@@ -400,7 +405,7 @@ def _uphill(
         samples: `(N, K)`.
     """
     scene, count = Scene._of(ProblemSolver(sweep.problem)), len(box)
-    covered = f"the {len(at)} samples"
+    covered = f"the {counted(len(at))}"
     steps = int(_MOST_GRID ** (1.0 / count) * (1.0 + NOTHING))
     if steps < 2:
         return at, samples, covered, f"a box of {count} drives has too many corners"

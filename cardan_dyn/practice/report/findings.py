@@ -19,13 +19,13 @@ from ...core.results.table import Table, Variable
 from ...figures.orders import order_amplitudes
 from ...kit.arrays import NOTHING
 from ...kit.frozen import Frozen
-from ...kit.quantities import amount, column
+from ...kit.quantities import column, span
 from ...scene.describe import describe
 from ...scene.mechanism_report import MechanismReport
 from .case import STANDING, Case
 from .described import fingerprint
-from .extremes import RIGHT, SIZES, Extreme, Extremes, extremes, quantities_of
-from .grids import place
+from .extremes import RIGHT, SIZES, Extreme, Extremes, counted, extremes, quantities_of
+from .grids import place, way
 from .page import today
 
 _HIGHEST = 8
@@ -158,7 +158,7 @@ class Findings(Result, Frozen):
         sweep = self.sweep
         search = self._found.search
         if sweep is None or search is None:
-            told = "" if sweep is None else f" Of the {len(sweep)} samples alone."
+            told = "" if sweep is None else f" Of the {counted(len(sweep))} alone."
             return sweep, told
         return (sweep if len(sweep) >= _DRAWN else search.evenly(_DRAWN, endpoint=True)), ""
 
@@ -238,8 +238,7 @@ class Findings(Result, Frozen):
         if self._found.search is None:
             return self._found.covered
         slides = self.mechanism.drivable[self.drives[0]].slides
-        low, high = (place(end, slides) for end in self._found.search.ends)
-        return f"the whole range from {low} to {high}"
+        return f"the whole range from {way(*self._found.search.ends, slides, ' to ')}"
 
     @cached_property
     def places(self) -> np.ndarray:
@@ -263,7 +262,8 @@ class Findings(Result, Frozen):
             return "throughout"
         if len(self.drives) == 1:
             slides = self.sweep.mechanism.drivable[self.drives[0]].slides
-            return ", ".join(place(float(value), slides) for value in places[:, 0])
+            # Places that lie closer to each other than digits tell are named once.
+            return ", ".join(dict.fromkeys(place(float(value), slides) for value in places[:, 0]))
         return f"{word}{int(np.argmax(np.all(self.places == places[0], axis=1))) + 1}"
 
     def table(self) -> Table:
@@ -308,7 +308,7 @@ class Findings(Result, Frozen):
         loose = sum(item.acts and not item.settled for item in self.extremes)
         doubt = f", {loose} extremes in doubt" if loose else ""
         doubt += f", {self._near_singular}" if self._near_singular else ""
-        return f"<{type(self).__name__} of {self.mechanism.name!r}: {count} samples{doubt}>"
+        return f"<{type(self).__name__} of {self.mechanism.name!r}: {counted(count)}{doubt}>"
 
     def __str__(self) -> str:
         lines = [f"{self.title}: {', '.join(self.case_lines)}", *self.said]
@@ -382,14 +382,18 @@ class Findings(Result, Frozen):
         lines = []
         for index, name in enumerate(self.drives):
             slides = sweep.mechanism.drivable[name].slides
-            way = np.reshape(sweep.position, (len(sweep), -1))[:, index]
-            low, high = place(float(way.min()), slides), place(float(way.max()), slides)
-            text = f"{name} at {low}" if low == high else f"{name} {low} … {high}"
+            positions = np.reshape(sweep.position, (len(sweep), -1))[:, index]
+            low, high = float(positions.min()), float(positions.max())
+            text = (
+                f"{name} {way(low, high, slides)}"
+                if low < high
+                else f"{name} at {place(low, slides)}"
+            )
             speeds = np.reshape(sweep.speed, (len(sweep), -1))[:, index]
             lines.append(f"{text} at {speed_text(speeds, slides)}" if np.any(speeds) else text)
         if len(self.drives) > 1:
             # Extremes are sought far beyond them.
-            lines.append(f"at {len(sweep)} samples")
+            lines.append(f"at {counted(len(sweep))}")
         lines = lines or ["at rest"]
         for name, load in sweep.loads.items():
             if isinstance(load, Wrench):
@@ -416,8 +420,7 @@ def speed_text(values: np.ndarray, slides: bool) -> str:
 
 def between(values: np.ndarray, unit: str = "") -> str:
     """Return a number that all values have, or their range, with its unit."""
-    low, high = float(values.min()), float(values.max())
-    return amount(low, unit) if low == high else f"{amount(low, unit)} … {amount(high, unit)}"
+    return span(float(values.min()), float(values.max()), unit)
 
 
 _PARTS = {"force": ("axial", "shear"), "moment": ("torsion", "bending")}

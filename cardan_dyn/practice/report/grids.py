@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...kit.arrays import ROUNDED
-from ...kit.quantities import amount, column, number
+from ...kit.quantities import column, number, span
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,15 @@ def text_of(cell: object) -> str:
 
 def place(value: float, slides: bool) -> str:
     """Return a position [rad or m] in degrees or with its unit."""
+    return way(value, value, slides)
+
+
+def way(low: float, high: float, slides: bool, words: str = " … ") -> str:
+    """Return from where to where positions [rad or m] go, in degrees or with their unit."""
     if slides:
-        return amount(value, "m")
-    return amount(0.0 if abs(value) < ROUNDED else float(np.degrees(value)), "°")
+        return span(low, high, "m", words)
+    low, high = (0.0 if abs(end) < ROUNDED else float(np.degrees(end)) for end in (low, high))
+    return span(low, high, "°", words)
 
 
 def stem_of(name: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...core.results.sweep import Sweep
-from ...figures.style import SMALL, Axes, Figure, axes_grid
+from ...figures.style import SMALL, Axes, Figure, axes_grid, plain
 from ...kit.arrays import Array
 from .commands import Drawing, DrawnObject, Pose, meshcat
 from .scenery import Parts, build
@@ -88,7 +88,11 @@ def _write_names(axes: Axes, places: dict[str, tuple[float, float]], extent: flo
             groups.append(((x, y), [name]))
     for at, names in groups:
         axes.annotate(
-            ",\n".join(names), at, xytext=(5.0, 5.0), textcoords="offset points", fontsize=SMALL
+            ",\n".join(map(plain, names)),
+            at,
+            xytext=(5.0, 5.0),
+            textcoords="offset points",
+            fontsize=SMALL,
         )
 
 

@@ -325,6 +325,42 @@ MJCF = """<mujoco><compiler angle="radian"/><worldbody>
 )
 
 
+ARM = """<robot name="arm"><link name="ground"/>
+<link name="upper"><inertial><origin xyz="0.3 0 0"/><mass value="2"/>
+  <inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial></link>
+<link name="lower"><inertial><origin xyz="0.3 0 0"/><mass value="1"/>
+  <inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial></link>
+<joint name="shoulder" type="continuous"><parent link="ground"/><child link="upper"/>
+  <axis xyz="0 1 0"/></joint>
+<joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
+  <origin xyz="0.6 0 0"/><axis xyz="0 1 0"/></joint></robot>"""
+
+
+def test_places_are_told_without_rounding(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM, encoding="utf-8")
+    found = run("sweep", path, "--samples", 361, "--gravity", 0, 0, -9.81)
+    cells = {line.split()[0]: line.split() for line in found.output.splitlines() if line.strip()}
+    start = run("sweep", path, "--samples", 361, "--csv", "-", "--gravity", 0, 0, -9.81).stdout
+    first = float(pandas.read_csv(io.StringIO(start)).filter(like="shoulder.position").iloc[0, 0])
+    # The weight is the same everywhere, and so is greatest where the sweep begins.
+    assert float(cells["shoulder"][2]) == pytest.approx(np.rad2deg(first), abs=0.05)
+    assert {float(cells[name][4]) for name in ("shoulder", "elbow")} <= {-180.0, 0.0, 180.0}
+
+
+def test_a_force_of_which_statics_tells_nothing_is_shown_with_a_star() -> None:
+    weight = ("--load", "piston_guide=0", "--gravity", 0, -9.81, 0)
+    found = run("sweep", "slider_crank", "--samples", 25, *weight)
+    (line,) = (row for row in found.output.splitlines() if row.startswith("piston_guide"))
+    expected = cd.Scene(
+        cd.load("slider_crank"), drive="crank_bearing", gravity=(0.0, -9.81, 0.0)
+    ).sweep(np.linspace(0.0, 2.0 * np.pi, 25))["piston_guide"]
+    # The weight of the piston is across the guide, and nothing is along it.
+    assert np.abs(expected.axial).max() < 1e-12 < expected.shear.min()
+    _, size, star, *_ = line.split()
+    assert star == "*" and float(size) == pytest.approx(expected.shear.max(), rel=5e-3)
+
+
 @pytest.mark.parametrize(
     ("options", "near"),
     [(["up"], "up"), (["a=0.4rad"], {"a": 0.4}), (["b=-20", "d=-0.02rad"], None)],

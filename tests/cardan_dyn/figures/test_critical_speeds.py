@@ -117,7 +117,7 @@ def chart(*intervals: list[tuple[float, float, str]], **options: object) -> obje
 def test_a_chart_without_instability_says_so() -> None:
     axes = chart([], [], [], joint="offset", slides=True)
     assert [text.get_text() for text in axes.texts] == ["stable everywhere"]
-    assert axes.get_ylabel() == "offset [m]"
+    assert axes.get_ylabel() == "offset [mm]"
     assert axes.get_ylim() == pytest.approx((0.0, ANGLE[-1]))
     assert not chart([], [(20.0, 20.0, "fold")], []).texts
 

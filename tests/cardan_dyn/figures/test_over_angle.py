@@ -153,14 +153,14 @@ def test_the_mean_lead_of_a_trajectory_is_that_over_the_angle(spin: cd.Trajector
     assert np.max(lead.get_ydata()) == pytest.approx(-np.min(lead.get_ydata()), rel=1e-3)
 
 
-def test_a_slide_is_drawn_in_metres() -> None:
+def test_a_slide_is_drawn_in_millimetres() -> None:
     positions = np.linspace(-0.05, -0.03, 5)
     sweep = cd.Scene(
         cd.load("slider_crank"), drive="piston_guide", near={"crank_bearing": 1.2}
     ).sweep(positions)
     figure = figures.over_angle(sweep, "crank_pin", "shear")
     (panel,) = figure.axes
-    assert panel.get_xlabel() == "piston_guide [m]"
+    assert panel.get_xlabel() == "piston_guide [mm]"
     np.testing.assert_allclose(panel.lines[0].get_xdata(), positions)
     with pytest.raises(cd.ArgumentError, match="drive 'piston_guide' slides"):
         figures.ratio_and_angle_error({"": sweep}, output="crank_bearing")

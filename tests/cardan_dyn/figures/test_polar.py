@@ -53,7 +53,7 @@ def test_forces_are_drawn_in_their_plane_about_the_origin(needle_turn: cd.Sweep)
     np.testing.assert_array_equal(marks.get_xydata(), force[[0, 180, 360, 540], 1:])
     # Statics leaves open what acts across the plane of the mechanism: a star says so.
     assert axes.get_title() == "rocker_bearing *\nworld axes"
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$F_y$ [N]", "$F_z$ [N]")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$F_y$ [kN]", "$F_z$ [kN]")
     assert figure.get_suptitle() == "forces"
     # Curve and origin are within the axes, with room for labels around them.
     low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
@@ -65,7 +65,7 @@ def test_forces_are_drawn_in_their_plane_about_the_origin(needle_turn: cd.Sweep)
 def test_plane_is_across_the_joints_axis(needle_turn: cd.Sweep) -> None:
     """All axes of the needle drive but that of its needle are parallel to z."""
     (axes,) = figures.force_polar(needle_turn, "rocker_bearing", "world").axes
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$F_x$ [N]", "$F_y$ [N]")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$F_x$ [kN]", "$F_y$ [kN]")
 
 
 @pytest.mark.slow

@@ -85,6 +85,12 @@ def test_nothing_acts() -> None:
     assert np.isnan(report.judgement[1][1]) and "nothing to compare" in report.judgement[1][2]
 
 
+def test_a_single_sample_is_one() -> None:
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=(0.0, -9.81, 0.0))
+    report = Report(scene.sweep([0.3]))
+    assert "Extremes of the 1 sample.\n" in str(report) and "1 sample>" in repr(report)
+
+
 def test_range_is_shortened_at_dead_points() -> None:
     mechanism = cd.load("four_bar")
     case = case_of(

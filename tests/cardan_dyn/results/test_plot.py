@@ -56,11 +56,11 @@ def test_orders_and_polar_diagrams_are_those_of_figures(turn: cd.Sweep) -> None:
 def test_trajectories_are_drawn_over_time(joint: cd.Mechanism) -> None:
     free = cd.Scene(joint, free="bearing_in", held={"joint_angle": 0.5})
     trajectory = free.simulate(0.1, speed=5.0)
-    assert trajectory.plot("bearing_out", quantities="bending").axes[0].get_xlabel() == "time [s]"
+    assert trajectory.plot("bearing_out", quantities="bending").axes[0].get_xlabel() == "time [ms]"
     assert len(trajectory.plot.energy().axes) == 2
     (axes,) = trajectory.plot("kinetic_energy").axes
     np.testing.assert_array_equal(axes.lines[0].get_xdata(), trajectory.time)
-    assert axes.get_xlabel() == "time [s]"
+    assert axes.get_xlabel() == "time [ms]"
 
 
 def test_anything_is_an_abscissa(turn: cd.Sweep) -> None:
@@ -203,7 +203,7 @@ def test_stars_mark_what_statics_leaves_open(turn: cd.Sweep) -> None:
     # Both bearings of the needle drive could be bent against each other; shear is determined.
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft").sweep(POSITIONS, speed=200.0)
     figure = drive.plot("main_shaft", quantities=["bending", "shear"])
-    assert [axes.get_ylabel() for axes in figure.axes] == ["bending * [N·m]", "shear [N]"]
+    assert [axes.get_ylabel() for axes in figure.axes] == ["bending * [N·m]", "shear [kN]"]
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["main_shaft *"]
     told = legend.get_title().get_text().replace("\n", " ")

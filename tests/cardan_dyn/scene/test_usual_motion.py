@@ -177,3 +177,11 @@ def test_scenes_by_preset_and_by_arguments() -> None:
     crank = default_scene(cd.load("slider_crank"), loads={})
     assert crank.drives == ("crank_bearing",) and not crank.loads
     assert preset_of(cd.load("four_bar")).loads == {"rocker_bearing": -60.0}
+
+
+def test_a_start_beyond_limits_leads_into_them() -> None:
+    ram = single_joint("prismatic", '<limit lower="1.2" upper="2" effort="1" velocity="1"/>')
+    assert ram.joints["j"] and default_scene(ram).configuration()["j"] == 0.0
+    motion = usual_motion(ram, samples=9)
+    np.testing.assert_allclose(motion.positions, swing(1.2, 2.0, 0.5), rtol=1e-15)
+    assert "j moves between 1.2 and 2 m" in motion.said

@@ -258,7 +258,7 @@ def test_charts_of_several_joints_slides_and_single_designs() -> None:
         alike.plot()
 
 
-def test_a_chart_over_a_slide_has_metres() -> None:
+def test_a_chart_over_a_slide_has_millimetres() -> None:
     urdf = elastic_rigs.torsional_line().replace(
         '<joint name="joint_angle"',
         '<link name="table"/><joint name="way" type="prismatic"><parent link="base"/>'
@@ -269,7 +269,7 @@ def test_a_chart_over_a_slide_has_metres() -> None:
     elements = cd.described_elements(rig)
     scene = cd.Scene(rig, drive="bearing_in", free="twist_in", held=held, elements=elements)
     (axes,) = vibration.floquet(scene, [0.7, 0.8], held={"way": [0.0, 0.5]}).plot().axes
-    assert axes.get_ylabel() == "way [m]"
+    assert axes.get_ylabel() == "way [mm]"
     assert axes.get_ylim() == pytest.approx((0.0, 0.5))
 
 

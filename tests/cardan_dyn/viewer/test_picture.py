@@ -42,3 +42,17 @@ def test_every_corner_is_on_paper(name: str) -> None:
     for values, limits in zip(corners.T, (axes.get_xlim(), axes.get_ylim()), strict=True):
         assert limits[0] <= values.min() and values.max() <= limits[1]
     assert axes.get_aspect() == 1.0
+
+
+def test_names_are_written_letter_by_letter() -> None:
+    """Two names with a dollar each, in one label, are no formula."""
+    mechanism = cd.load(
+        '<robot name="arm"><link name="a"/><link name="b"/><link name="c"/>'
+        '<joint name="m$1" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/>'
+        '</joint><joint name="n$2" type="revolute"><parent link="b"/><child link="c"/>'
+        '<axis xyz="1 0 0"/></joint></robot>',
+        strict=False,
+    )
+    figure = picture(cd.Scene(mechanism, drive=["m$1", "n$2"]).sweep([[0.1, 0.2]]))
+    (label,) = figure.axes[0].texts
+    assert label.get_text() == "m\\$1,\nn\\$2"
