@@ -598,7 +598,7 @@ def test_refusals(ankle: cd.Transmission) -> None:
     with pytest.raises(AttributeError, match="joints_of"):
         ankle.forward_kinematics  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"scene\.transmission"):
-        scene.inverse_kinematics  # type: ignore[attr-defined]  # noqa: B018
+        scene.motor_map  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(cd.ArgumentError, match="limits"):
         ankle.speed_limits([0.0, 0.0], [1.0, -1.0])
     with pytest.raises(cd.ArgumentError, match=r"limits has shape \(3,\), expected \(2,\)"):
