@@ -658,7 +658,8 @@ class Scene(Prescribed):
                 speeds and efforts are wanted, or given.
 
         Raises:
-            ModelError: no such joint.
+            ModelError: no such joint; or one that depends on how a rod has spun idly, which a rule
+                decides.
             ArgumentError: a name stands for no coordinate, or for one that is held.
             MobilityError: these are more or fewer coordinates than decide the motion, or the
                 actuated ones do not decide it. Whether the joints do is seen when they are given.
