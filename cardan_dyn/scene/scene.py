@@ -211,6 +211,11 @@ class Scene(Prescribed):
                 "drive and task both say what moves as given: name driven coordinates among the "
                 "task, as in task=[cd.PointTask('tip'), 'slewing']"
             )
+        if task is None and drive is None and actuated is not None:
+            raise ArgumentError(
+                "actuated says which joints carry the effort of a motion that is given elsewhere: "
+                "say what moves as given, task=[...], or name the joints in drive"
+            )
         if has_task and actuated is None and not getattr(mechanism, "independent_joints", True):
             raise MobilityError(
                 f"{mechanism.name}: name the joints whose efforts make the motion of the task, "
@@ -654,7 +659,8 @@ class Scene(Prescribed):
                 speeds and efforts are wanted, or given.
 
         Raises:
-            ModelError: no such joint.
+            ModelError: no such joint; or one that depends on how a rod has spun idly, which a rule
+                decides.
             ArgumentError: a name stands for no coordinate, or for one that is held.
             MobilityError: these are more or fewer coordinates than decide the motion, or the
                 actuated ones do not decide it. Whether the joints do is seen when they are given.

@@ -403,3 +403,18 @@ def test_telescopes_that_follow_spin_as_those_that_drive() -> None:
             np.testing.assert_allclose(found, other, rtol=0.0, atol=1e-10)
     spins = [sweep.motion.acceleration("foot_3") for sweep in (driving, following)]
     np.testing.assert_allclose(*spins, rtol=0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("mass", [0.0, 1.0])
+def test_a_rod_spins_once_however_its_balls_are_written(mass: float) -> None:
+    """Two hinges of one ball and that along a massless rod, of the other, meet in a point too."""
+    upper = machines.link("upper_0", mass, -0.1 * machines.Z, 0.01 * np.ones(3))
+    platform = cd.load(machines.stewart().replace('<link name="upper_0"/>', upper))
+    balls = cd.Scene(platform, drive=machines.LEGS, gravity=(1.0, 2.0, -9.81))
+    hinges = balls.replace(near={"foot_0.x": 0.0, "head_0.x": 0.0})
+    lengths, speeds = [0.03, -0.02, 0.01, 0.02, -0.01, 0.0], [0.1, -0.2, 0.3, 0.1, 0.2, -0.1]
+    expected, found = (scene.sweep(lengths, speeds) for scene in (balls, hinges))
+    assert found.idle_rods == expected.idle_rods
+    assert len(found.idle_rods) == 6
+    np.testing.assert_allclose(found.drive_effort, expected.drive_effort, rtol=1e-11)
+    np.testing.assert_allclose(found["foot_1"].force, expected["foot_1"].force, atol=1e-10)

@@ -414,6 +414,11 @@ def test_the_proof_has_the_law_once_more(thrust: object, of: object) -> None:
         (MAP[:, [0, 3, 2, 1]], ("length", "rate"), "thrust: the first row of a table ascends"),
         (1.0, "speed", "of is 'speed'; it is length, rate, time"),
         (1.0, (), r"of is .*; it is length, rate, time"),
+        (
+            lambda *lengths: 0.0,
+            ("length", "length"),
+            r"of is .* it is length, rate, time, each once",
+        ),
     ],
 )
 def test_laws_that_are_none_are_refused(thrust: object, of: object, words: str) -> None:

@@ -345,18 +345,35 @@ def test_paths_turn_a_link_as_far_as_they_lead() -> None:
     assert sweep.position == pytest.approx(q, abs=1e-14 * sweep.task_condition.max())
 
 
-@pytest.mark.parametrize("turn", [(0.0, np.pi / 2, 0.0), (np.pi, 0.0, 0.0), (0.0, 2.8, 0.3)])
-def test_rates_are_right_where_cardan_angles_lock(turn: tuple[float, float, float]) -> None:
-    """A link on three slides and three hinges, whose axes are those of no angles of ours."""
+def gantry(*hinges: int) -> tuple[cd.Mechanism, list[str]]:
+    """Return a hand on three slides and hinges about x (0), y (1) or z (2), and its joints."""
     parts = [machines.link("ground"), machines.link("hand", 2.0, 0.1 * machines.X, np.ones(3))]
     links = ["ground", *(f"m{k}" for k in range(5)), "hand"]
     names, kinds = [f"q{k}" for k in range(6)], ["prismatic"] * 3 + ["continuous"] * 3
-    axes = np.eye(3)[[0, 1, 2, 2, 0, 2]]
+    axes = np.eye(3)[[0, 1, 2, *hinges]]
     for name, kind, axis, *ends in zip(names, kinds, axes, links, links[1:], strict=False):
         parts.append(machines.joint(name, kind, *ends, 0.0 * axis, axis))
     parts += [machines.link(name) for name in links[1:-1]]
+    return cd.load(machines.robot("gantry", *parts)), names
+
+
+@pytest.mark.parametrize("along_path", [False, True])
+def test_turns_that_no_middle_angle_limits(along_path: bool) -> None:
+    """A turn about y alone goes beyond the right angle at which other angles change as well."""
+    mechanism, names = gantry(0, 2, 1)
+    turned = np.linspace(0.0, 3.0, 13)
+    rows = turned[:, None] * np.eye(6)[4]
+    sweep = cd.Scene(mechanism, task=cd.PoseTask("hand"), actuated=names).sweep(
+        rows, along_path=along_path
+    )
+    assert sweep.position == pytest.approx(turned[:, None] * np.eye(6)[5], abs=1e-14)
+
+
+@pytest.mark.parametrize("turn", [(0.0, np.pi / 2, 0.0), (np.pi, 0.0, 0.0), (0.0, 2.8, 0.3)])
+def test_rates_are_right_where_cardan_angles_lock(turn: tuple[float, float, float]) -> None:
+    """A link on three slides and three hinges, whose axes are those of no angles of ours."""
+    mechanism, names = gantry(2, 0, 2)
     near = {"q3": 0.3, "q4": 0.9, "q5": -0.4}
-    mechanism = cd.load(machines.robot("gantry", *parts))
     scene = cd.Scene(mechanism, task=cd.PoseTask("hand"), actuated=names, near=near)
     start = Rotation.from_matrix(scene.configuration().orientation("hand"))
     row = np.concatenate([[0.1, -0.2, 0.3], (Rotation.from_euler("XYZ", turn) * start).as_rotvec()])
@@ -576,6 +593,7 @@ def point(axes: str = "xy", link: str = "load") -> cd.PointTask:
         ({"task": ["m1", "m9"]}, cd.ModelError, "no joint 'm9'"),
         ({"task": []}, cd.ArgumentError, "the task is empty"),
         ({"task": [3]}, cd.ArgumentError, "task has 3; expected cd.PointTask"),
+        ({"task": None}, cd.ArgumentError, "actuated says which joints .*elsewhere"),
         ({"drive": "m1"}, cd.ArgumentError, "drive and task both"),
         ({"free": "m1"}, cd.MobilityError, "nothing is free"),
         ({"actuated": None}, cd.MobilityError, r"actuated=\[...\]; joints: e1"),

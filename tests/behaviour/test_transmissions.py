@@ -13,6 +13,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from testkit import task_machines as machines
 from testkit import transmissions
 
 import cardan_dyn as cd
@@ -287,6 +288,24 @@ def test_polynomials_that_do_not_reach_their_tolerance(ankle: cd.Transmission) -
     pose |= {f"pose.turn_{name}": (-0.01, 0.01) for name in ("x", "y", "z")}
     with pytest.raises(cd.AccuracyError):
         scene.transmission(LEGS, "pose").fitted(near, pose)
+
+
+def test_turns_of_rods_that_a_rule_decides_are_no_joints() -> None:
+    """Of a rod, hinges that follow its line have a Jacobian; those that follow its spin none."""
+    platform = cd.Scene(cd.load(machines.stewart()), drive=machines.LEGS)
+    hinges = [f"foot_{k}.{axis}" for k in range(3) for axis in "xy"]
+    maps = platform.transmission(machines.LEGS, hinges)
+    at, step = [0.03, -0.02, 0.01, 0.02, -0.01, 0.0], 1e-5 * np.eye(6)
+    slopes = (maps.joints_of(at + step).position - maps.joints_of(at - step).position) / 2e-5
+    np.testing.assert_allclose(maps.jacobian(at), slopes.T, atol=1e-8)
+    for name in "foot_2.z", "head_0.x":
+        with pytest.raises(cd.ModelError, match=f"'{name}' belongs to a rod that spins idly"):
+            platform.transmission(machines.LEGS, [*hinges[:-1], name])
+    ankle = cd.Scene(cd.load(machines.ankle()), drive=["motor_l", "motor_r"])
+    with pytest.raises(cd.ModelError, match=r"'upper_r\.y'"):
+        ankle.transmission(["motor_l", "motor_r"], ["pitch", "upper_r.y"])
+    with pytest.raises(cd.ModelError, match=r"'upper_r\.y'"):
+        ankle.transmission(["motor_l", "upper_r.y"], ["pitch", "roll"])
 
 
 def test_hexapod_by_leg_lengths() -> None:
@@ -579,7 +598,7 @@ def test_refusals(ankle: cd.Transmission) -> None:
     with pytest.raises(AttributeError, match="joints_of"):
         ankle.forward_kinematics  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"scene\.transmission"):
-        scene.inverse_kinematics  # type: ignore[attr-defined]  # noqa: B018
+        scene.motor_map  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(cd.ArgumentError, match="limits"):
         ankle.speed_limits([0.0, 0.0], [1.0, -1.0])
     with pytest.raises(cd.ArgumentError, match=r"limits has shape \(3,\), expected \(2,\)"):

@@ -49,9 +49,10 @@ class Law(NamedTuple):
             ArgumentError: the law is none of the three, or `of` is not known.
         """
         names = tuple(of) if isinstance(of, (tuple, list)) else (of,)
-        if not names or not all(isinstance(name, str) and name in known for name in names):
+        is_known = all(isinstance(name, str) and name in known for name in names)
+        if not is_known or not 0 < len(set(names)) == len(names):
             kind = label.partition(":")[0]
-            raise ArgumentError(f"{kind}: of is {described(of)}; it is {choices(known)}")
+            raise ArgumentError(f"{kind}: of is {described(of)}; it is {choices(known)}, each once")
         if callable(given):
             return Law(given, names)
         array = numbers(label, given)

@@ -11,12 +11,14 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.checks import names, whole
-from ...kit.errors import MobilityError, choices
+from ...kit.errors import MobilityError, ModelError, choices
 from ..description.description import Limits
 from ..dynamics.problem_solver import ProblemSolver
+from ..kinematics.loops.idle_rods import idle_rods
 from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked, near_positions, with_named
 from ..problem.coordinate_names import check_single, each_coordinate
+from ..problem.problem import Problem
 from .maps import Maps
 from .way import Side, SolvedWay
 
@@ -92,6 +94,8 @@ class Transmission(Maps):
             )
             for side in (motors, moved)
         )
+        _refuse_spins(of_actuated, moved)
+        _refuse_spins(of_joints, motors)
         forward = SolvedWay(motors, moved, of_actuated).begun()
         self._freeze(
             _forward=forward,
@@ -250,6 +254,25 @@ def _coordinates(
             mobility=len(independent),
         )
     return found
+
+
+def _refuse_spins(problem: Problem, found: Side) -> None:
+    """Refuse coordinates that depend on how a rod has spun, which the other side does not decide.
+
+    Raises:
+        ModelError: there is one.
+    """
+    mechanism = problem.mechanism
+    columns = mechanism.coordinates.rates_of(found.names)
+    for rod in idle_rods(mechanism, set(problem.passive_columns.tolist())):
+        for name, column in zip(found.names, columns, strict=True):
+            if column in rod.ruled:
+                raise ModelError(
+                    f"{name!r} belongs to a rod that spins idly about its line: it turns there by "
+                    "a rule, not as its speed says, and has no Jacobian; name coordinates of other "
+                    "joints, or hold the spin",
+                    name=name,
+                )
 
 
 def _side(mechanism: Mechanism, role: str, every: tuple[str, ...], listed: bool) -> Side:

@@ -58,8 +58,9 @@ class _End(NamedTuple):
     Attributes:
         is_ball: whether it is one.
         point: `(3,)` centre of the ball, or a point on the hinge's axis, in the body.
-        axis: `(3,)` of the hinge, in the body.
-        columns: its velocity coordinates.
+        axis: `(3,)` of the hinge, in the body; of a ball that hinges make up, of the nearest of
+            these, and zero of other balls.
+        columns: its velocity coordinates, those of the nearest hinge first.
         neighbour: the body at its other side, see `JointEdge`.
     """
 
@@ -68,6 +69,11 @@ class _End(NamedTuple):
     axis: Array
     columns: tuple[int, ...]
     neighbour: int
+
+    def spun(self, line: Array) -> tuple[int, ...]:
+        """Return the columns that move as the body spins about a line `(3,)`."""
+        is_along = np.any(self.axis) and _are_parallel(self.axis, line)
+        return self.columns[:1] if is_along else self.columns
 
 
 class IdleRod(NamedTuple):
@@ -80,12 +86,14 @@ class IdleRod(NamedTuple):
         frame: the body (0-based) relative to which it is decided how the rod turns, -1 for the
             world: the nearest one from which both bodies hang that hold the rod's ends, so that it
             makes no difference how the rod is written.
+        ruled: those of the columns whose positions depend on how far the rod has spun.
     """
 
     body: int
     columns: tuple[int, ...]
     line: Array
     frame: int
+    ruled: tuple[int, ...]
 
 
 def idle_rods(mechanism: Mechanism, free: set[int]) -> tuple[IdleRod, ...]:
@@ -115,9 +123,15 @@ def _found(mechanism: Mechanism, free: set[int]) -> tuple[IdleRod, ...]:
             if not on_loops.issuperset(columns):
                 continue  # What hangs in an open chain swings, and somebody has to drive it.
             frame = graph.common([end.neighbour for end in held])
-            spinning = columns + graph.floating_columns(body)
-            rods.append(IdleRod(body - 1, spinning, read_only(line), frame))
-    return tuple(rods)
+            floating = graph.floating_columns(body)
+            ruled = tuple(column for end in held for column in end.spun(line)) + floating
+            rods.append(IdleRod(body - 1, columns + floating, read_only(line), frame, ruled))
+    # The hinge along a rod without mass makes a ball with two at the rod's other end: a link there
+    # that turns in it is how the rod itself spins.
+    every = [set(rod.columns) for rod in rods]
+    return tuple(
+        rod for rod, own in zip(rods, every, strict=True) if not any(own < other for other in every)
+    )
 
 
 def rods_by_name(mechanism: Mechanism, free: set[int]) -> list[tuple[str, ...]]:
@@ -234,7 +248,7 @@ class JointGraph:
             if centre is None:
                 break
             if len(lines) == 3:
-                return _End(True, centre, np.zeros(3), tuple(columns), edge_there.neighbour)
+                return _End(True, centre, lines[0][1], tuple(columns), edge_there.neighbour)
             following = self._beyond(current, edge_there)
             if following is None:
                 break
