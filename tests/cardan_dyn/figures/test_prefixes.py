@@ -71,7 +71,7 @@ def test_another_quantity_in_the_same_axes_is_written_as_it_is() -> None:
 
 def test_other_limits_bring_another_prefix_and_all_digits() -> None:
     (panel,) = sweep_with(-5e3).plot("crank_pin.shear").axes
-    for limits, unit in (((0.0, 2e4), "kN"), ((2e4, 2e4 + 0.05), "kN"), ((0.1, 0.2), "mN")):
+    for limits, unit in (((0.0, 2e4), "kN"), ((2e4, 2e4 + 0.05), "kN"), ((0.01, 0.02), "mN")):
         panel.set_ylim(*limits)
         panel.yaxis.get_major_formatter().set_useMathText(False)
         assert told(panel) == unit

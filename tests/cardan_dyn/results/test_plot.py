@@ -56,11 +56,11 @@ def test_orders_and_polar_diagrams_are_those_of_figures(turn: cd.Sweep) -> None:
 def test_trajectories_are_drawn_over_time(joint: cd.Mechanism) -> None:
     free = cd.Scene(joint, free="bearing_in", held={"joint_angle": 0.5})
     trajectory = free.simulate(0.1, speed=5.0)
-    assert trajectory.plot("bearing_out", quantities="bending").axes[0].get_xlabel() == "time [ms]"
+    assert trajectory.plot("bearing_out", quantities="bending").axes[0].get_xlabel() == "time [s]"
     assert len(trajectory.plot.energy().axes) == 2
     (axes,) = trajectory.plot("kinetic_energy").axes
     np.testing.assert_array_equal(axes.lines[0].get_xdata(), trajectory.time)
-    assert axes.get_xlabel() == "time [ms]"
+    assert axes.get_xlabel() == "time [s]"
 
 
 def test_anything_is_an_abscissa(turn: cd.Sweep) -> None:

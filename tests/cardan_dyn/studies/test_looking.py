@@ -236,7 +236,7 @@ def test_one_parameter_is_a_line() -> None:
     (axes,) = found.plot().axes
     np.testing.assert_allclose(axes.lines[0].get_xdata(), np.rad2deg(values))
     np.testing.assert_allclose(axes.lines[0].get_ydata(), values**2)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("angle [°]", "[mN]")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("angle [°]", "[N]")
 
 
 def humped(x: float, y: float) -> float:
