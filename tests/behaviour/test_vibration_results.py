@@ -151,20 +151,22 @@ def test_scenes_serve_several_threads() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("urdf", "unit", "mass"),
+    ("urdf", "unit", "mass", "prefix"),
     [
-        (elastic_rigs.torsional_line(damping_in=0.1), "rad", "kg·m²"),
-        (elastic_rigs.rotor(), "m", "kg"),
+        (elastic_rigs.torsional_line(damping_in=0.1), "rad", "kg·m²", ""),
+        (elastic_rigs.rotor(), "m", "kg", "p"),  # It swings by 90 pm.
     ],
 )
-def test_figures_have_the_units_of_what_they_draw(urdf: str, unit: str, mass: str) -> None:
+def test_figures_have_the_units_of_what_they_draw(
+    urdf: str, unit: str, mass: str, prefix: str
+) -> None:
     scene = elastic_rigs.scene(urdf, 0.1)
     speeds = [0.3, 0.4]
     motion, response = (
         vibration.periodic_motion(scene, 0.3),
         vibration.forced_response(scene, speeds),
     )
-    assert motion.plot().axes[0].get_ylabel() == f"free coordinates [{unit}]"
+    assert motion.plot().axes[0].get_ylabel() == f"free coordinates [{prefix}{unit}]"
     assert response.plot().axes[0].get_ylabel() == f"amplitude [{unit}]"
     linear = vibration.linearise(scene, 0.3)
     first, *_ = linear.plot().axes
