@@ -66,7 +66,7 @@ class FittedTransmission(Maps):
 
         It has two functions, which return 0 and write `n` positions and `n * n` derivatives row by
         row (none where `jacobian` is 0), or return 1 and write nothing where a position is outside
-        of the range, or no number:
+        of the range, or no number::
 
             int transmission_joints_of(const double *actuated, double *joints, double *jacobian);
             int transmission_actuated_of(const double *joints, double *actuated, double *jacobian);
