@@ -41,7 +41,7 @@ def test_prints_joints_by_their_peaks_doubts_and_what_was_not_scanned() -> None:
     worst = found["rocker_bearing"].worst
     assert worst is not None
     joint = found["rocker_bearing"]
-    assert f"{joint.peak:.5g}" in first and f"{joint.least:.5g}" in first
+    assert f"{joint.peak / 1e3:.3f}" in first and f"{joint.least / 1e3:.3f}" in first
     assert f"{worst.tau:.2f}" in first and f"{np.degrees(joint.peak_position):.1f}" in first
     assert "3000 1/min" in result.output
     assert "main_shaft: no impact: the pin slides round along its wall" in result.output
@@ -49,7 +49,9 @@ def test_prints_joints_by_their_peaks_doubts_and_what_was_not_scanned() -> None:
     calm = [name for name in found.ranking if not found[name].impacts and found[name].worst]
     cells = {line.split()[0]: line.split() for line in lines if line.split()}
     assert calm and all(cells[name][-3:] == ["–", "0", "–"] for name in calm)
-    assert joint.impacts and cells["rocker_bearing"][-1] == f"{joint.impact_power:.3g}"
+    assert joint.impacts and float(cells["rocker_bearing"][-1]) == pytest.approx(
+        joint.impact_power, abs=0.005
+    )
     assert "needle_guide: not scanned, it has no pin" in result.output
 
 
@@ -65,7 +67,8 @@ def test_says_where_nothing_strikes() -> None:
     )
     pin = scan(crank, 100.0, joints="piston_pin", clearance=1e-4, stiffness=1e8)["piston_pin"]
     (row,) = (line for line in result.output.splitlines() if line.startswith("piston_pin "))
-    assert f"{pin.peak:.5g}" in row and f"{pin.least:.5g}" in row and pin.peak > pin.rigid_peak
+    assert f"{pin.peak / 1e3:.3f}" in row and f"{pin.least / 1e3:.3f}" in row
+    assert pin.peak > pin.rigid_peak
 
 
 def test_json_of_numbers_and_geometries() -> None:

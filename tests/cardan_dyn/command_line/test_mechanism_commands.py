@@ -94,7 +94,7 @@ def test_ranges_are_in_degrees_and_metres() -> None:
     )  # fmt: skip
     for end in np.rad2deg(rocker):
         assert f"{end:.4g}°" in line
-    assert "-0.25 m" in run("check", "stewart_platform").output
+    assert "-250 mm" in run("check", "stewart_platform").output
 
 
 @pytest.mark.slow

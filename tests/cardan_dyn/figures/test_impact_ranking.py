@@ -39,7 +39,7 @@ def test_bars_are_forces_and_points_what_less_would_buy(tmp_path: Path) -> None:
     )
     for width, joint in zip(widths, joints, strict=False):
         assert f"{width:.4g} N at most" in joint.summary
-    assert forces.get_xlabel() == "force [N]"
+    assert forces.get_xlabel() == "force [kN]"
     assert effects.get_xlabel() == "change of the two-mass peak with 10 % less [%]"
     # The first joint stands at the top.
     assert forces.get_ylim()[0] > forces.get_ylim()[1]

@@ -36,7 +36,7 @@ def test_wrenches_are_drawn_over_time(swing: cd.Trajectory, tmp_path: Path) -> N
         for name, line in zip(("crank_pin", "rocker_pin"), axes.get_lines(), strict=True):
             np.testing.assert_array_equal(line.get_xdata(), swing.time)
             np.testing.assert_array_equal(line.get_ydata(), getattr(swing[name], quantity))
-    assert figure.axes[-1].get_xlabel() == "time [ms]"
+    assert figure.axes[-1].get_xlabel() == "time [s]"
     assert figure.axes[-1].get_xlim() == (0.0, 0.5)
 
 

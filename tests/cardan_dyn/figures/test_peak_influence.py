@@ -28,7 +28,7 @@ def test_bild_8(tmp_path: Path) -> None:
     assert len(figure.axes) == 5
     for axes, (name, unit) in zip(figure.axes, UNITS.items(), strict=True):
         assert axes.get_xlabel().startswith(name if name != "mass" else "reduced mass")
-        assert axes.get_ylabel() == "two-mass peak [N]"  # Not that of the pin in the plane.
+        assert axes.get_ylabel() == "two-mass peak [kN]"  # Not that of the pin in the plane.
         curve, point, *_ = axes.get_lines()
         expected = influence(PAPER, name)
         np.testing.assert_allclose(curve.get_xdata(), unit * expected.value)

@@ -343,7 +343,7 @@ class TestPage:
         assert determined == (name == "stewart_platform")
         assert '<th scope="col">place</th>' in text or ">place<" in text
         assert "Positions of the drives at these places" in text
-        assert "there are doubts" in text and "of a grid over all ranges" in text
+        assert "There are doubts" in text and "of a grid over all ranges" in text
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from typing import Any
 
 from cardan_dyn import figures
 
-UNIT = re.compile(r"\[(–|°|[pnµmkMGT]?(N·m|N|J|m|s)|N/ms|N/µm|kg|%)\]$")
+UNIT = re.compile(r"\[(–|°|[pnµmkMGT]?(N·m|N|J|m|s)|[kMG]?N/ms|N/µm|kg|%)\]$")
 
 
 def check_units_and_files(figure: Any, directory: Path) -> None:
