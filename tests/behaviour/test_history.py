@@ -213,8 +213,20 @@ def assert_equal_to_rounding(first: cd.Sweep, second: cd.Sweep) -> None:
             assert np.all(difference.max(axis=1) <= allowed * scale), (name, part)
 
 
+_RODS = ("hinges", "floating")
+"""Ways to write a rod with which a sweep takes some ten seconds: balls say the same each time."""
+
+
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name in FAST else pytest.mark.slow) for name in MADE]
+    "name",
+    [
+        pytest.param(
+            name,
+            marks=[pytest.mark.slow] * (name not in FAST)
+            + [pytest.mark.campaign] * (name in _RODS),
+        )
+        for name in MADE
+    ],
 )
 def test_before_and_after_another_sweep(name: str) -> None:
     fresh = MADE[name]()
