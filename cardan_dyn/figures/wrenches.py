@@ -18,6 +18,8 @@ _SIZES = {"force": "N", "moment": "N·m"}
 """Vectors of a `JointWrench` whose sizes are drawn, also of joints without an axis."""
 QUANTITIES = {**UNITS, **_SIZES}
 """Both, and their units."""
+PARTS = {"force": ("axial", "shear"), "moment": ("torsion", "bending")}
+"""Quantities to their parts along and across the axis of a joint."""
 MARK = " *"
 """What follows the name of something that statics leaves open."""
 
@@ -121,8 +123,7 @@ def known_part(wrench: Any, quantity: str) -> str:
     """Return `force` or `moment` itself, or its greatest part if statics determines that alone."""
     if determined(wrench, quantity) or not wrench.has_axis:
         return quantity
-    parts = ("axial", "shear") if quantity == "force" else ("torsion", "bending")
-    known = [name for name in parts if determined(wrench, name)]
+    known = [name for name in PARTS[quantity] if determined(wrench, name)]
     return max(known, key=lambda name: _greatest([values_of(wrench, name)]), default=quantity)
 
 

@@ -17,6 +17,7 @@ from ...core.results.result import Result
 from ...core.results.sweep import Sweep
 from ...core.results.table import Table, Variable
 from ...figures.orders import order_amplitudes
+from ...figures.wrenches import PARTS
 from ...kit.arrays import NOTHING
 from ...kit.frozen import Frozen
 from ...kit.quantities import column, span
@@ -351,7 +352,7 @@ class Findings(Result, Frozen):
         for item in acting:
             parts = [
                 by_name[item.owner, part]
-                for part in _PARTS.get(item.quantity, ())
+                for part in PARTS.get(item.quantity, ())
                 if (item.owner, part) in by_name
             ]
             # What statics leaves open is told by its parts, of which it may determine some.
@@ -423,8 +424,6 @@ def between(values: np.ndarray, unit: str = "") -> str:
     return span(float(values.min()), float(values.max()), unit)
 
 
-_PARTS = {"force": ("axial", "shear"), "moment": ("torsion", "bending")}
-"""Quantities to the parts of them along and across the axis of a joint."""
 _PROVES = {
     "loop_residual": "loops, couplings, drives and held joints are closed",
     "balance_residual": "every body is in balance",

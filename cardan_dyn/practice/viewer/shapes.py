@@ -9,7 +9,7 @@ import itertools
 
 import numpy as np
 
-from ...kit.arrays import NOTHING, ROUNDED, Array, quaternion_product
+from ...kit.arrays import ROUNDED, Array, quaternion_product
 
 _SIDES = 20
 """Sides of a surface of revolution: at the width of an arrow on the screen it looks round."""
@@ -345,13 +345,6 @@ def extremes(points: Array, count: int = 96) -> Array:
     width = np.sqrt(1.0 - height**2)
     directions = np.stack([width * np.cos(turn), width * np.sin(turn), height])
     return np.asarray(points[np.unique(np.argmax(points @ directions, axis=0))])
-
-
-def rounded(value: float) -> float:
-    """Return the greatest of 1, 2, 5, 10, … that does not exceed a positive value."""
-    power = 10.0 ** np.floor(np.log10(value))
-    limit = value * (1.0 + NOTHING)
-    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= limit))
 
 
 def _fan(corners: Array) -> list[Array]:

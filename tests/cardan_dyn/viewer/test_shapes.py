@@ -104,14 +104,6 @@ def test_extremes_are_the_corners_of_a_box() -> None:
     assert {tuple(point) for point in chosen} == {tuple(point) for point in corners}
 
 
-@given(st.floats(1e-12, 1e12))
-def test_rounded_numbers_are_1_2_or_5_and_not_greater(value: float) -> None:
-    number = shapes.rounded(value)
-    assert number <= value * (1.0 + 2e-9) and value < 2.5 * number * (1.0 + 1e-9)
-    mantissa = number / 10.0 ** np.floor(np.log10(number) + 1e-6)
-    assert min(abs(mantissa - step) for step in (1.0, 2.0, 5.0)) < 1e-6
-
-
 def test_directions_of_a_turning_vector_are_reached_by_neighbouring_quaternions() -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 400)
     for tilt in (0.0, 0.7, np.pi / 2):
@@ -126,11 +118,6 @@ def test_directions_of_a_turning_vector_are_reached_by_neighbouring_quaternions(
         np.testing.assert_allclose(turned_z, directions, atol=1e-14)
         neighbours = np.abs(np.sum(quaternions[1:] * quaternions[:-1], axis=1))
         assert np.min(neighbours) > 0.99
-
-
-def test_round_scales() -> None:
-    for value, expected in ((1.0, 1.0), (1.99, 1.0), (7.0, 5.0), (0.0321, 0.02), (155.6, 100.0)):
-        assert shapes.rounded(value) == pytest.approx(expected)
 
 
 def test_a_swept_profile_and_a_ring_look_outwards() -> None:

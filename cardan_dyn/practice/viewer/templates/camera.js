@@ -243,13 +243,10 @@ canvas.addEventListener("wheel", (event) => {
 
 // How long lengths and arrows are.
 const scaleRows = [
-  { color: "#222222", text: lengthText, perMetre: 1, arrow: false },
+  { color: "#222222", text: (value) => measured(value, "m"), perMetre: 1, arrow: false },
   ...data.scales.map((item) => ({
     color: item.color, perMetre: item.per_metre, arrow: true,
-    kind: item.kind, text: (value) => {
-      const told = prefixOf(value, item.unit);
-      return withUnit(rounded(value / told.scale), told.unit);
-    },
+    kind: item.kind, text: (value) => measured(value, item.unit),
   })),
 ].map((row) => {
   const line = draw("svg", { width: 10, height: 10 }), text = make("span");

@@ -88,6 +88,12 @@ function withUnit(text, unit) {
   return unit === "°" ? text + unit : unit ? `${text} ${unit}` : text;
 }
 
+// A number of four digits with the prefix of its unit.
+function measured(value, unit) {
+  const told = prefixOf(Math.abs(value), unit);
+  return withUnit(rounded(value / told.scale), told.unit);
+}
+
 // The greatest of 1, 2, 5, 10, … that does not exceed a value.
 function roundStep(value) {
   const power = 10 ** Math.floor(Math.log10(value) + 1e-9);

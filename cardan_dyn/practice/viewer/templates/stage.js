@@ -196,7 +196,7 @@ const PARTS = [
   ["elements", ["elements"], "Force elements"],
   ["names", [], "Names"],
   ["numbers", [], "Numbers at arrows"],
-  ["grid", [], `Grid of ${lengthText(gridStep)}`],
+  ["grid", [], `Grid of ${measured(gridStep, "m")}`],
 ].filter(([name, roots]) => ["names", "numbers", "grid"].includes(name)
   || roots.some((root) => nodes.has("/" + root)));
 const shown = Object.fromEntries(
@@ -204,10 +204,6 @@ const shown = Object.fromEntries(
 const BY_JOINT = ["torsion", "bending", "force", "moment", "traces", "axes"];
 const jointByNode = new Map(told.joints.map((item) => [item.node, item]));
 const bearings = new Set(data.bearings);
-
-function lengthText(metres) {
-  return metres < 1 ? `${rounded(1000 * metres)} mm` : `${rounded(metres)} m`;
-}
 
 const choice = { where: "bearings", joint: null, link: null };
 
