@@ -131,6 +131,7 @@ class Branch:
     def _tabled(self, rows: Rows) -> _Table:
         """Return a table with nodes in ascending order, and others between them as needed."""
         kinematics, column = self.kinematics, self._column
+        serves = np.zeros(len(rows.x), dtype=bool)  # What follows a node, as was seen between.
         while True:
             positions = rows.x[:, column].copy()
             way = np.diff(positions)
@@ -140,20 +141,26 @@ class Branch:
             # Newton's method leaves its square, which is to be rounding.
             fifth = np.max(np.abs(curves[5]) * scale, axis=1, initial=0.0) / (100.0 * EPS**0.5)
             # What does not become smaller by parts is left to whoever closes guesses.
-            (long,) = np.nonzero((fifth > 1.0) & (way > LEAST_LEAD * self.unit))
+            is_long = (fifth > 1.0) & (way > LEAST_LEAD * self.unit)
+            (long,) = np.nonzero(is_long & ~serves[:-1])
             if not long.size:
                 for values in rows:
                     values.setflags(write=False)
                 return _Table(rows, positions, curves)
             parts = np.ceil(fifth[long] ** 0.2).astype(int)
             share = np.concatenate([np.arange(1, count) / count for count in parts.tolist()])
-            long = long.repeat(parts - 1)
-            between = quintic(curves, long, share)
-            between[:, column] = positions[long] + share * way[long]
+            behind = np.cumsum(parts - 1) - (parts - 1)
+            inside = long.repeat(parts - 1)
+            between = quintic(curves, inside, share)
+            between[:, column] = positions[inside] + share * way[inside]
             state = kinematics.close(between)
-            new = Rows.along(kinematics, state, np.full((len(long), 1), self.unit))
-            rows = _joined(rows, new)
-            rows = rows.of(np.argsort(rows.x[:, column], kind="stable"))
+            new = Rows.along(kinematics, state, np.full((len(inside), 1), self.unit))
+            # Idle rods stay turned about their lines as they are guessed, which leaves a fifth
+            # coefficient however near nodes are: what had not to be corrected serves.
+            serves[long] = np.maximum.reduceat(state.correction, behind) < EPS**0.5
+            rows, serves = _joined(rows, new), np.concatenate([serves, serves[inside]])
+            order = np.argsort(rows.x[:, column], kind="stable")
+            rows, serves = rows.of(order), serves[order]
 
     def cover(self, low: float, high: float) -> None:
         """Follow the branch until it leads to drive positions `low` and `high`.
