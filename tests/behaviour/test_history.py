@@ -213,17 +213,12 @@ def assert_equal_to_rounding(first: cd.Sweep, second: cd.Sweep) -> None:
             assert np.all(difference.max(axis=1) <= allowed * scale), (name, part)
 
 
-_RODS = ("hinges", "floating")
-"""Ways to write a rod with which a sweep takes some ten seconds: balls say the same each time."""
-
-
 @pytest.mark.parametrize(
     "name",
     [
         pytest.param(
             name,
-            marks=[pytest.mark.slow] * (name not in FAST)
-            + [pytest.mark.campaign] * (name in _RODS),
+            marks=[pytest.mark.slow] * (name not in FAST),
         )
         for name in MADE
     ],

@@ -233,7 +233,7 @@ def test_the_spin_of_a_rod_can_be_held_and_driven(
     ("text", "load"),
     [
         (as_balls(), "b.x"),
-        pytest.param(as_a_floating_rod(), "b.turn_y", marks=pytest.mark.campaign),
+        (as_a_floating_rod(), "b.turn_y"),
     ],
 )
 def test_a_rod_stays_idle_where_its_ball_is_solved_with_angles(text: str, load: str) -> None:

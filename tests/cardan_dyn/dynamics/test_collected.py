@@ -92,8 +92,6 @@ def of_two_drives(scene: cd.Scene, count: int) -> cd.Sweep:
     return scene.sweep(np.stack([turn, angle], axis=-1))
 
 
-@pytest.mark.campaign
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "sweep"),
     [(GRID, of_one_drive), (GRID, of_a_grid), (PAIR, of_two_drives)],
