@@ -9,6 +9,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from write_pages import interface
+
 PACKAGES = (
     "cardan_dyn",
     "cardan_dyn.analytic",
@@ -51,16 +53,8 @@ def page(package: str, name: str, item: Any, is_first: bool) -> str:
 
 def index() -> str:
     """Return the page that lists all public names in one line each."""
-    lines = ["# Every public name", ""]
-    names = [(package, name, item) for package, name, item in public()]
-    for package in PACKAGES:
-        lines += [f"## {package}", ""]
-        for _, name, item in (entry for entry in names if entry[0] == package):
-            summary = (inspect.getdoc(item) or "").split("\n\n")[0].replace("\n", " ")
-            lines.append(f"- [`{name}`]({package}.{name}.md): {summary}")
-        lines.append("")
-    hidden = [f"{package}.{name}" for package, name, _ in names]
-    return "\n".join([*lines, "```{toctree}", ":hidden:", *hidden, "```", ""])
+    hidden = [f"{package}.{name}" for package, name, _ in public()]
+    return "\n".join([interface(linked=True), "```{toctree}", ":hidden:", *hidden, "```", ""])
 
 
 def write(app: Any) -> None:

@@ -7,7 +7,7 @@ python docs/write_pages.py
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 
@@ -101,17 +101,65 @@ def sources() -> str:
     return "\n".join(lines) + "\n"
 
 
-_SCENE = (
-    ("Drive, free, hold", ("sweep", "assemble", "response", "responses", "simulate")),
-    ("Equation of motion", ("jacobian", "mass_matrix", "bias", "regressor", "linear")),
-    ("Rest and range", ("equilibrium", "motion_range", "reachable", "branches", "configuration")),
-    ("Motors and joints", ("transmission",)),
-    ("The scene itself", ("plan", "replace")),
-)
+_MEMBERS = {
+    "Mechanism": (
+        ("Parts", ("joint_names", "link_names", "joint", "drivable", "adjustable")),
+        ("Its description", ("joint_springs", "joint_dynamics", "warnings", "to_urdf")),
+    ),
+    "Scene": (
+        ("Drive, free, hold", ("sweep", "assemble", "response", "responses", "simulate")),
+        ("Equation of motion", ("jacobian", "mass_matrix", "bias", "regressor", "linear")),
+        (
+            "Rest and range",
+            ("equilibrium", "motion_range", "reachable", "branches", "configuration"),
+        ),
+        ("Motors and joints", ("transmission",)),
+        ("The scene itself", ("plan", "replace")),
+    ),
+    "Sweep": (
+        ("Forces", ("wrench", "drive_effort", "holding_effort", "element_force", "rod_force")),
+        ("Motion", ("motion", "position", "speed", "acceleration", "point", "origin")),
+        ("Axes", ("rotation", "orientation")),
+        ("What a change does", ("derivative", "gradient")),
+        (
+            "Errors",
+            (
+                *("condition", "left_open", "loop_residual", "rate_residual"),
+                *("balance_residual", "power_residual"),
+            ),
+        ),
+        ("Figures and files", ("plot", "save", "to_csv", "to_dataframe", "to_xarray")),
+    ),
+    "TaskSweep": (
+        ("All of a sweep, and", ("actuated_effort", "task_position", "task_speed")),
+        ("Errors", ("task_condition", "task_residual")),
+    ),
+    "Trajectory": (
+        ("All of a sweep, its derivatives aside, and", ("at", "evenly", "sweep", "steps")),
+        ("Energy", ("kinetic_energy", "potential_energy", "elastic_energy", "work")),
+        ("Errors", ("energy_residual", "time_residual", "effort_residual", "singular", "notes")),
+    ),
+    "Response": (
+        ("Forces", ("sweep", "uniform", "turn")),
+        ("The drive", ("inertia", "inertia_derivative", "ratio")),
+        ("Errors and files", ("error", "interval", "plot", "save")),
+    ),
+    "Transmission": (
+        ("Positions", ("joints_of", "actuated_of")),
+        ("Rates", ("jacobian", "jacobian_rate", "singular_values", "borders")),
+        ("Efforts", ("reflected_inertia", "speed_limits", "effort_limits")),
+        ("For controllers", ("fitted", "write_c", "reduced")),
+    ),
+}
+"""What users ask of a class, by class and subject."""
 
 
-def interface() -> str:
-    """Return the page of all public names."""
+def interface(linked: bool = False) -> str:
+    """Return the page of all public names.
+
+    Args:
+        linked: each name leads to the page of the site that has its docstring.
+    """
     lines = [
         "# Interface",
         "",
@@ -125,18 +173,14 @@ def interface() -> str:
     ]
     titles = {
         "load and describe": (
-            "load",
-            "close",
-            "couple",
-            "describe",
-            "assemble",
-            "write",
-            "bundled_names",
+            *("load", "close", "couple", "describe", "assemble", "write", "bundled_names"),
+            *("from_pinocchio", "Mechanism"),
         ),
         "scenes": (
             *("Scene", "PointTask", "PoseTask", "AngleTask"),
             *("Wrench", "described_elements", "view", "study", "DesignVariables"),
         ),
+        "results": ("Sweep", "TaskSweep", "Trajectory", "Response", "Transmission", "Report"),
         "force elements": (
             *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator"),
             *("PointActuator", "PinContact"),
@@ -147,24 +191,45 @@ def interface() -> str:
     errors = [name for name in cd.__all__ if name.endswith("Error")]
     modules = ("clearance", "drive_lines", "figures", "studies", "vibration", "analytic")
     rest = {*cd.__all__} - named - {*errors, *modules, "__version__"}
-    titles |= {"results and their parts": tuple(sorted(rest)), "errors": tuple(errors)}
+    titles |= {"parts of results": tuple(sorted(rest)), "errors": tuple(errors)}
     for title, names in titles.items():
-        lines += ["", f"## {title[0].upper()}{title[1:]}", "", *_listed(cd, names)]
-        if title == "scenes":
-            for what, methods in _SCENE:
-                lines += ["", f"{what}:", "", *_listed(cd.Scene, methods, "Scene.")]
-    for name in modules:
-        module = import_module(f"cardan_dyn.{name}")
-        lines += ["", f"## `cd.{name}`", "", *_listed(module, module.__all__)]
-    module = import_module("cardan_dyn.motion.clearance.drawing")
-    lines += ["", "## `cd.clearance.drawing`", "", *_listed(module, module.__all__)]
+        lines += [
+            "",
+            f"## {title[0].upper()}{title[1:]}",
+            "",
+            *_listed("cardan_dyn", names, linked),
+        ]
+        for name in names:
+            for what, members in _MEMBERS.get(name, ()):
+                lines += ["", f"`{name}`, {what[0].lower()}{what[1:]}:", ""]
+                lines += _members(name, members, linked)
+    packages = {name: f"cardan_dyn.{name}" for name in modules}
+    packages["clearance.drawing"] = "cardan_dyn.motion.clearance.drawing"
+    for name, package in packages.items():
+        public = import_module(package).__all__
+        lines += ["", f"## `cd.{name}`", "", *_listed(package, public, linked)]
     return "\n".join(lines) + "\n"
 
 
-def _listed(owner: object, names: tuple[str, ...] | list[str], before: str = "") -> Iterator[str]:
+def _listed(package: str, names: Sequence[str], linked: bool) -> Iterator[str]:
+    """Yield a line for each name of a package."""
     for name in names:
-        text = inspect.getdoc(getattr(owner, name)) or ""
-        yield f"- `{before}{name}`: {text.split(chr(10) * 2)[0].replace(chr(10), ' ')}"
+        shown = f"[`{name}`]({package}.{name}.md)" if linked else f"`{name}`"
+        yield f"- {shown}: {_summary(getattr(import_module(package), name))}"
+
+
+def _members(name: str, members: Sequence[str], linked: bool) -> Iterator[str]:
+    """Yield a line for each method or property of a class."""
+    for member in members:
+        shown = f"`{name}.{member}`"
+        if linked:
+            shown = f"{{py:obj}}`{name}.{member} <cardan_dyn.{name}.{member}>`"
+        yield f"- {shown}: {_summary(getattr(getattr(cd, name), member))}"
+
+
+def _summary(item: object) -> str:
+    """Return the first paragraph of a docstring, in one line."""
+    return (inspect.getdoc(item) or "").split("\n\n")[0].replace("\n", " ")
 
 
 PAGES = {

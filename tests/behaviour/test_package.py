@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import re
+import runpy
+import shlex
 import shutil
 import subprocess
 import sys
@@ -14,10 +16,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from pages import followed
 
 import cardan_dyn as cd
 from cardan_dyn.core import compiled
+from cardan_dyn.practice.command_line import main
 
 ROOT = Path(__file__).parents[2]
 
@@ -250,6 +254,25 @@ PAGES = [
 @pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
 def test_what_pages_show_runs_and_prints_what_they_say(page: Path, tmp_path: Path) -> None:
     assert followed(page, tmp_path) == []
+
+
+@pytest.mark.slow
+def test_the_first_command_of_the_readme_shows_what_its_picture_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib", reason="the gallery draws figures")
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    monkeypatch.chdir(tmp_path)
+    shown = runpy.run_path(str(ROOT / "docs" / "gallery" / "2_linkages" / "excavator_arm.py"))
+    cd.write(shown["arm"], "excavator.urdf")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (command,) = re.findall(r"^cardan-dyn (view .+)$", readme, flags=re.MULTILINE)
+    ran = CliRunner().invoke(main, [*shlex.split(command), "--export", "scene.html"])
+    assert ran.exit_code == 0, ran.output
+    assert Path("scene.html").stat().st_size > 1e5
+    # The pin and the stroke of the picture, with the bucket as it is held there.
+    scene = shown["scene"].replace(held={"crowd": 0.35, "bucket_pin": np.radians(-35)})
+    assert scene.sweep([0.444])["boom_pin"].shear[0] == pytest.approx(242.8e3, rel=5e-4)
 
 
 def test_every_word_of_urdf_is_described() -> None:

@@ -46,6 +46,19 @@ def test_links_lead_somewhere(path: Path) -> None:
             assert anchor in anchors(target), link
 
 
+def test_words_of_other_programs_are_told() -> None:
+    page = (ROOT / "docs" / "questions.md").read_text(encoding="utf-8")
+    table = page.split("## What is it called here?")[1].split("\n## ")[0].lower()
+    looked_for = (
+        *("hydraulic cylinder", "payload", "end effector", "inverse kinematics", "optimization"),
+        *("jacobian", "backlash", "bump stop", "gear", "torque limit", "pdf", "workspace"),
+        *("forward kinematics", "stiffness", "preload", "friction", "tolerance", "unit"),
+        *("torque sensor", "gearbox", "trajectory", "sensitivity"),
+    )
+    told = [row.split("|")[1] for row in table.splitlines() if row.startswith("|")]
+    assert [words for words in looked_for if not any(words in row for row in told)] == []
+
+
 @pytest.fixture(scope="module")
 def checker() -> ModuleType:
     spec = importlib.util.spec_from_file_location("check_links", ROOT / "docs" / "check_links.py")
