@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 from ...kit.errors import ModelError, choices
 from .description import JointDescription, JointOrLoop
@@ -25,7 +25,7 @@ _OF_PROGRAMS = ("transmission", "gazebo", "mujoco", "drake")
 """Elements of `<robot>` that are for other programs."""
 
 
-def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
+def elements_left_out(robot: Element, where: str) -> list[str]:
     """Return warnings about elements of a URDF that wrenches are without.
 
     Args:
@@ -48,7 +48,7 @@ def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
     return [line for line in lines if line]
 
 
-def _is_read(element: ElementTree.Element, joints: Sequence[ElementTree.Element]) -> bool:
+def _is_read(element: Element, joints: Sequence[Element]) -> bool:
     """Return whether an element for other programs says loops (`gazebo`), motors or rotors."""
     if element.tag == "transmission":
         known = {joint.get("name") for joint in joints}

@@ -27,7 +27,7 @@ from ..description import (
     LoopDescription,
 )
 from ..elements import GREATEST, SINGLE_TYPES, armature, at_point, check_size, unique
-from ..left_out import dynamics_left_out, forces_left_out, line_of
+from ..left_out import forces_left_out, line_of
 from .compiled import Compiled, compiled, placement
 
 _TYPES = ("floating", "spherical", "prismatic", "revolute")
@@ -63,8 +63,7 @@ def parse(text: str, name: str | None, where: str, path: Path | None, strict: bo
     reader = _Reader(found, where)
     joints = tuple(reader.joints)
     loops, couplings = reader.equalities()
-    left_out = dynamics_left_out(joints, where)
-    left_out += forces_left_out(reader.forces(), where, strict)
+    left_out = forces_left_out(reader.forces(), where, strict)
     slack = line_of(where, "limits", reader.limited_tendons(), "they couple nothing", "tendon")
     if slack:
         left_out.append(slack)
