@@ -87,7 +87,7 @@ class ChangedType(NamedTuple):
     """
 
     type: str
-    axes: tuple[Array, ...] = ()
+    axes: tuple[()] | tuple[Array, Array] = ()
 
 
 class Beside(NamedTuple):
@@ -327,7 +327,8 @@ def _gepetto_loop(
             )
         links += frames[frame]
     kind = GEPETTO_TYPES[kind.lower()]
-    return LoopDescription(f"loop_{count}", kind, *links, np.eye(4), np.eye(4))
+    first, second = links
+    return LoopDescription(f"loop_{count}", kind, first, second, np.eye(4), np.eye(4))
 
 
 def _frames(robot: Element) -> dict[str, set[str]]:
@@ -435,7 +436,7 @@ def _closure(
             "in which of them the axis is meant; write <loop>"
         )
     loop_type = "spherical" if kind == "ball_loops" else "revolute"
-    return LoopDescription(name, loop_type, first, second, *ends, axis)
+    return LoopDescription(name, loop_type, first, second, ends[0], ends[1], axis)
 
 
 def _vector(entry: _Entry, key: str, at: str) -> Array:

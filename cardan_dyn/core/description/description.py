@@ -6,7 +6,7 @@ whatever notation they were read from: `==` compares contents, arrays included, 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -396,18 +396,6 @@ class Description(Value):
                 for loop in self.loops
             ),
             displacements=changed,
-        )
-
-    def with_moving(self, joints: Collection[str]) -> Description:
-        """Return the description in which some adjustable joints are what they become."""
-        return replace(
-            self,
-            joints=tuple(
-                replace(joint, type=joint.adjustable, adjustable="")
-                if joint.name in joints
-                else joint
-                for joint in self.joints
-            ),
         )
 
     def with_types(self, types: Mapping[str, str]) -> Description:

@@ -452,7 +452,7 @@ class _Words(NamedTuple):
 
     sides: tuple[str, str]
     axes: tuple[str, str] = ("axis", "axis2")
-    types: Mapping[str, str] = {kind: kind for kind in LOOP_TYPES}
+    types: Mapping[str, str] = dict(zip(LOOP_TYPES, LOOP_TYPES, strict=True))
 
 
 _CUT = ("revolute", "prismatic", "universal", "spherical")
@@ -482,11 +482,12 @@ def loop(element: Element, links: Collection[str], where: str) -> LoopDescriptio
     name, words = name_of(element, where), NOTATIONS[element.tag]
     at = f"{where}: {element.tag} {name!r}"
     kind = words.types[one_of(element.get("type"), words.types, "type", at, "is not supported")]
-    predecessor, successor = (link_of(element, side, links, at) for side in words.sides)
-    origins = [_end(element, side, at) for side in words.sides]
+    first, second = words.sides
+    ends = link_of(element, first, links, at), link_of(element, second, links, at)
+    origins = _end(element, first, at), _end(element, second, at)
     axis, axis_2 = axes_of(element, kind, at, words.axes)
     stated = dynamics_of(element, at), armature_of(element, kind, at)
-    return LoopDescription(name, kind, predecessor, successor, *origins, axis, axis_2, *stated)
+    return LoopDescription(name, kind, *ends, *origins, axis, axis_2, *stated)
 
 
 def _end(element: Element, tag: str, at: str) -> Array:

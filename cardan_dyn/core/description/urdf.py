@@ -253,15 +253,17 @@ def _joint(
     kind = changed.type
     adjustable = adjustable_type(element, kind, at)
     moving = adjustable or kind
-    axes = changed.axes or (X_AXIS, X_AXIS)
+    axis, axis_2 = changed.axes or (X_AXIS, X_AXIS)
     if not changed.axes and moving not in ("fixed", "floating"):
-        axes = axes_of(element, moving, at)
+        axis, axis_2 = axes_of(element, moving, at)
     return JointDescription(
         name,
         kind,
-        *(link_of(element, tag, links, at) for tag in ("parent", "child")),
+        link_of(element, "parent", links, at),
+        link_of(element, "child", links, at),
         placement(element, at),
-        *axes,
+        axis,
+        axis_2,
         limits=_limits(element, kind, at),
         adjustable=adjustable,
         dynamics=dynamics_of(element, at),

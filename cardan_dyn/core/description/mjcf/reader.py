@@ -147,9 +147,8 @@ class _Reader:
         names, links, before = found.joints[body], found.links[body], item.parentid[0]
         origin = placement(item.pos, item.quat)
         parent, at_body = found.links[before][-1], self._placements[before]
-        axis = np.array([1.0, 0.0, 0.0])
         for count, (name, link) in enumerate(zip(names, links, strict=True)):
-            joint = JointDescription(name, "fixed", parent, link, origin, axis, axis)
+            joint = JointDescription(name, "fixed", parent, link, origin)
             if item.jntnum[0]:
                 joint = self._joint(joint, item.jntadr[0] + count)
                 self._of_index.append(joint)
@@ -190,7 +189,7 @@ class _Reader:
             limits = Limits(*(item.range - initial).tolist())
         elif kind == "revolute":
             kind = "continuous"
-        return replace(joint, type=kind, axis=axis, axis_2=axis, limits=limits, dynamics=dynamics)
+        return replace(joint, type=kind, axis=axis, limits=limits, dynamics=dynamics)
 
     def _armature(self, index: int, kind: str, at: str) -> tuple[float, ...]:
         """Return the armature of a joint, with that of the actuators on it.
@@ -366,9 +365,8 @@ class _Reader:
             across = inverse(self._placements[ends[1]]) @ self._placements[ends[0]]
             origins[1][:3, :3] = across[:3, :3] @ origins[0][:3, :3]
         first, second = (self._found.links[body][-1] for body in ends)
-        axis = np.array([1.0, 0.0, 0.0])
         joint = "spherical" if kind == "connect" else "fixed"
-        return LoopDescription(name, joint, first, second, origins[0], origins[1], axis, axis)
+        return LoopDescription(name, joint, first, second, origins[0], origins[1])
 
     def _coupling(self, index: int, name: str, at: str) -> CouplingDescription:
         """Return the coupling that an equality of two joints is.

@@ -73,9 +73,9 @@ class Edge(JointDescription):
 
     def loop(self, links: dict[str, Array]) -> LoopDescription:
         """Return the edge as a loop, which the initial placements close."""
-        ends = (inverse(links[name]) @ self.origin for name in (self.parent, self.child))
+        first, second = (inverse(links[name]) @ self.origin for name in (self.parent, self.child))
         named = (self.name, self.type, self.parent, self.child)
-        return LoopDescription(*named, *ends, self.axis, self.axis_2, self.dynamics)
+        return LoopDescription(*named, first, second, self.axis, self.axis_2, self.dynamics)
 
 
 def edge(element: Element, frames: NamedFrames, where: str) -> Edge:
