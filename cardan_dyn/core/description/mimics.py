@@ -56,11 +56,10 @@ def mimics(
         result.append(_mimic(name, joint, mimic, known, f"{where}: joint {joint!r}: <mimic>"))
     check_mimics(result, where)
     decided = [joint for joint in stated if joint in solved and joint not in at_rest]
-    lines = (
-        line_of(where, "<mimic>", at_rest, "fixed joints follow nothing"),
-        line_of(where, "<mimic>", decided, "loops decide where these joints are"),
-    )
-    return result, [line for line in lines if line]
+    return result, [
+        *line_of(where, "<mimic>", at_rest, "fixed joints follow nothing"),
+        *line_of(where, "<mimic>", decided, "loops decide where these joints are"),
+    ]
 
 
 def default_name(joint: str) -> str:

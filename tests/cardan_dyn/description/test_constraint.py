@@ -48,6 +48,12 @@ def test_a_universal_joint_has_an_axis_on_each_side() -> None:
         assert reread(description).loops == description.loops
 
 
+def test_a_loop_between_a_link_and_itself_is_refused() -> None:
+    text = CONSTRAINT.format(kind="revolute", more="").replace('link="coupler"', 'link="rocker"')
+    with pytest.raises(cd.ModelError, match="loop 'c' connects 'rocker' and 'rocker'"):
+        cd.load(TREE.format(text))
+
+
 def test_what_is_not_stated_has_a_default() -> None:
     text = '<constraint name="c" type="revolute"><child link="rocker"/><parent link="coupler"/>'
     description = constrained(f"{text}</constraint>")

@@ -64,9 +64,7 @@ def parse(text: str, name: str | None, where: str, path: Path | None, strict: bo
     joints = tuple(reader.joints)
     loops, couplings = reader.equalities()
     left_out = forces_left_out(reader.forces(), where, strict)
-    slack = line_of(where, "limits", reader.limited_tendons(), "they couple nothing", "tendon")
-    if slack:
-        left_out.append(slack)
+    left_out += line_of(where, "limits", reader.limited_tendons(), "they couple nothing", "tendon")
     return Description(
         name=name or "mechanism",
         links=tuple(reader.links),
@@ -220,21 +218,24 @@ class _Reader:
         """
         model, item = self._model, self._model.joint(index)
         is_single = _TYPES[item.type[0]] in SINGLE_TYPES
-        taken, left = {"damping": 0.0, "frictionloss": 0.0, "stiffness": 0.0}, list[str]()
-        for what, first, more in (
-            ("damping", item.damping[0], model.dof_dampingpoly[item.dofadr[0]]),
-            ("stiffness", item.stiffness[0], model.jnt_stiffnesspoly[index]),
-            ("frictionloss", item.frictionloss[0], ()),
+        taken, left = [0.0, 0.0, 0.0], list[str]()
+        for place, (what, *more) in enumerate(
+            (
+                ("damping", *model.dof_dampingpoly[item.dofadr[0]]),
+                ("frictionloss",),
+                ("stiffness", *model.jnt_stiffnesspoly[index]),
+            )
         ):
-            if is_single and first >= 0.0 and not np.any(more):
-                taken[what] = float(first)
+            first = float(getattr(item, what)[0])
+            if is_single and first >= 0.0 and not any(more):
+                taken[place] = first
             else:
                 left += _stated(what, first, *more)
         if is_single:
             left += _stated("springyield", model.jnt_springyield[index])
-        rest = float(item.qpos_spring[0] - item.qpos0[0]) if taken["stiffness"] else 0.0
-        along = Dynamics(taken["damping"], taken["frictionloss"], taken["stiffness"], rest)
-        return along, left
+        rest = float(item.qpos_spring[0] - item.qpos0[0]) if taken[-1] else 0.0
+        damping, friction, stiffness = taken
+        return Dynamics(damping, friction, stiffness, rest), left
 
     def limited_tendons(self) -> list[str]:
         """Return the names of tendons that stop where they are too long or too short."""
