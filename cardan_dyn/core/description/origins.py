@@ -144,7 +144,6 @@ def _opened(description: Description, origin: Origin) -> Description:
         child=origin.name,
         origin=placement,
         axis=origin.axis,
-        axis_2=origin.axis,
     )
     order = list(description.order)
     order.insert(order.index(joint.name) if joint.name in order else len(order), origin.name)

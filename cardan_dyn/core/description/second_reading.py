@@ -19,7 +19,6 @@ import pinocchio
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
 from .description import (
-    TWO_AXES,
     CouplingDescription,
     Description,
     LinkDescription,
@@ -196,8 +195,7 @@ def _joint(joint: JointDescription, element: Element) -> JointDescription:
     if has_no_axis or made_universal:
         # A file beside the URDF that makes a joint universal states its axes as well.
         return replace(joint, origin=origin)
-    axis = _axis(element, "axis")
-    axis_2 = _axis(element, "axis2") if joint.type in TWO_AXES else axis
+    axis, axis_2 = _axis(element, "axis"), _axis(element, "axis2")
     return replace(joint, origin=origin, axis=axis, axis_2=axis_2)
 
 
@@ -232,14 +230,13 @@ def _loop(loop: LoopDescription, element: Element) -> LoopDescription:
     predecessor, successor = _ends(element)
     is_constraint = element.tag == "constraint"
     first, second = ("parent_axis", "child_axis") if is_constraint else ("axis", "axis2")
-    axis = _axis(element, first)
     return replace(
         loop,
         predecessor_origin=predecessor,
         successor_origin=successor,
-        axis=axis,
-        axis_2=_axis(element, second) if loop.type in TWO_AXES else axis,
-        armature=_armature(loop, element) if element.tag == "loop" else (),
+        axis=_axis(element, first),
+        axis_2=_axis(element, second),
+        armature=_armature(loop, element),
     )
 
 
