@@ -97,7 +97,7 @@ def close(
     for tag, given in _axes(type, axis, axis_2):
         SubElement(element, tag, xyz=words(given))
     element, added = _added(description, element, f"close: {name!r}")
-    loops = *description.loops, loop(element, _SIDES, before.links, before.name)
+    loops = *description.loops, loop(element, before.links, before.name)
     notation = description.notation
     if "cd.close" not in notation:
         notation = "cd.close" if notation == "no loops" else f"{notation}, cd.close"

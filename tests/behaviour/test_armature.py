@@ -9,9 +9,13 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.spatial.transform import Rotation
 from testkit.linkages import RATES, four_bar, loop
 
 import cardan_dyn as cd
+
+MOMENTS = {"x": 0.02, "y": 0.05, "z": 0.04}
+"""Principal moments of inertia of a pendulum [kg·m²]."""
 
 Array = np.ndarray
 TREE = """<mujoco><compiler angle="radian"/><option gravity="0.4 -0.3 -9.81"/><worldbody>
@@ -410,3 +414,34 @@ def test_a_model_of_pinocchio() -> None:
     model.armature = own + rotors * (10.0 * ratios) ** 2
     expected = pin.rnea(model, model.createData(), q, v, a)
     np.testing.assert_allclose(turn.drive_effort[0], expected, rtol=1e-11)
+
+
+def test_the_armature_of_a_ball_is_an_inertia_where_its_parent_stands_still() -> None:
+    """What is advised where a scene would name angles moves as MuJoCo's ball with an armature."""
+
+    def pendulum(more: float, dynamics: str = "") -> cd.Mechanism:
+        moments = "".join(f'i{2 * axis}="{value + more}" ' for axis, value in MOMENTS.items())
+        return cd.load(
+            '<robot name="p"><link name="ground"/><link name="bob"><inertial>'
+            f'<origin xyz="0.1 0 -0.3"/><mass value="2"/><inertia {moments}/></inertial></link>'
+            '<joint name="ball" type="spherical"><parent link="ground"/><child link="bob"/>'
+            f"{dynamics}</joint></robot>"
+        )
+
+    start = dict(zip(("ball.x", "ball.y", "ball.z"), (0.3, 0.4, 0.2), strict=True))
+    with pytest.raises(cd.ModelError, match=r"with 0\.3 kg·m² more in each of ixx, iyy and izz"):
+        cd.Scene(pendulum(0.0, '<dynamics armature="0.3"/>'), free=["ball"])
+    scene = cd.Scene(pendulum(0.3), free=["ball"], gravity=(0.0, 0.0, -9.81))
+    found = scene.simulate(1.0, speed=start).motion.position("ball")[-1]
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><option timestep="2e-3" integrator="RK4"/><worldbody><body>'
+        '<joint type="ball" armature="0.3"/><inertial pos="0.1 0 -0.3" mass="2" '
+        f'diaginertia="{" ".join(map(str, MOMENTS.values()))}"/></body></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    data.qvel[:] = list(start.values())
+    for _ in range(500):
+        mujoco.mj_step(model, data)
+    w, x, y, z = data.qpos
+    expected = Rotation.from_quat([x, y, z, w]).as_euler("XYZ")
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-8)

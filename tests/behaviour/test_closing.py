@@ -262,7 +262,7 @@ def test_what_locks_a_part_says_so() -> None:
     [
         ({"type": "sphericl"}, cd.ModelError, "did you mean 'spherical'"),
         ({"link_b": "rockr"}, cd.ModelError, "did you mean 'rocker'"),
-        ({"link_b": "base"}, cd.ModelError, "the same link 'base'"),
+        ({"link_b": "base"}, cd.ModelError, "connects 'base' and 'base'"),
         ({"at": None}, cd.ArgumentError, "Give at="),
         ({"name": "A"}, cd.ModelError, "occur twice: A"),
         ({"type": "revolute"}, cd.ArgumentError, "axis is missing"),

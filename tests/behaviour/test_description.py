@@ -67,7 +67,7 @@ BAD = {
     ),
     "loop on itself": (
         changed('<successor link="shaft_out">', '<successor link="cross">'),
-        "predecessor and successor are the same link 'cross'",
+        "connects 'cross' and 'cross', which fixed joints already make one body",
     ),
     "unknown loop type": (
         changed('name="pin_out" type="continuous"', 'name="pin_out" type="helical"'),

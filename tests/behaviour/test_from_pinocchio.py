@@ -310,14 +310,14 @@ def test_what_is_refused() -> None:
     model, ids = linkage({"a": joint("RX"), "b": joint("PY")})
     with pytest.raises(cd.ArgumentError, match=r"takes a pin\.Model, not 'four_bar'"):
         cd.from_pinocchio("four_bar")  # type: ignore[arg-type]
-    with pytest.raises(cd.ModelError, match="no joint 'c'; joints: a, b"):
+    with pytest.raises(cd.ModelError, match="joint 'c' does not exist; joints: a, b"):
         cd.from_pinocchio(model, actuated=["c"])
     with pytest.raises(cd.ModelError, match="of 0 rows closes no loop here"):
         cd.from_pinocchio(model, [pin.JointLimitConstraintModel(model, [1])])
     same = pin.RigidConstraintModel(
         pin.ContactType.CONTACT_3D, model, ids[1], pin.SE3.Identity(), ids[1], pin.SE3.Identity()
     )
-    with pytest.raises(cd.ModelError, match="both of its ends are on"):
+    with pytest.raises(cd.ModelError, match="already make one body"):
         cd.from_pinocchio(model, [same])
     for contact, name, value in (
         (pin.RigidConstraintModel, "desired_contact_placement", pin.SE3.Random()),

@@ -127,7 +127,7 @@ REFUSED = {
     "reference": ('<gazebo reference="rocker"><joint name="c" type="ball"/></gazebo>', "without a"),
     "screw": (PIN.replace("revolute", "screw"), "type 'screw' is not supported"),
     "gearbox": (PIN.replace("revolute", "gearbox"), "couplings are not read here"),
-    "link": (PIN.replace("rocker", "roker"), "no frame 'roker'; frames: "),
+    "link": (PIN.replace("rocker", "roker"), "frame 'roker' does not exist; frames: "),
     "root": (
         '<gazebo><joint name="c" type="revolute"><parent>world</parent><child>ground</child>'
         "<axis><xyz>0 0 1</xyz></axis></joint></gazebo>",

@@ -30,22 +30,23 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
 from ...kit.frozen import FrozenDict
-from .description import LoopDescription, placed_links
+from .description import X_AXIS, LoopDescription, placed_links
 from .elements import (
-    GREATEST,
     JOINT_TYPES,
     at_point,
     check_unique,
     direction,
     file_text,
     names,
+    numbers,
+    one_of,
     placement,
 )
 from .words import unknown_keys
@@ -86,7 +87,7 @@ class ChangedType(NamedTuple):
     """
 
     type: str
-    axes: tuple[np.ndarray, ...] = ()
+    axes: tuple[()] | tuple[Array, Array] = ()
 
 
 class Beside(NamedTuple):
@@ -113,7 +114,7 @@ class Beside(NamedTuple):
     warnings: tuple[str, ...] = ()
 
 
-def file_beside(robot: ElementTree.Element, where: str, path: Path, strict: bool) -> Beside | None:
+def file_beside(robot: Element, where: str, path: Path, strict: bool) -> Beside | None:
     """Return what a YAML file says about a URDF, None where there is no such file.
 
     Args:
@@ -207,9 +208,7 @@ def unknown_joints(names: list[str], joints: set[str], where: str, strict: bool)
     return [f"{where}: joint {name!r} does not exist and was passed over" for name in unknown]
 
 
-def gepetto(
-    file: Path, robot: ElementTree.Element, joints: set[str], strict: bool = True
-) -> Beside | None:
+def gepetto(file: Path, robot: Element, joints: set[str], strict: bool = True) -> Beside | None:
     """Read Gepetto's YAML file of the same name beside a URDF; return None where it lists no loops.
 
     Args:
@@ -281,9 +280,7 @@ def _lists_loops(file: Path) -> bool:
         return False
 
 
-def _gepetto_loops(
-    content: YamlContent, robot: ElementTree.Element, where: str
-) -> tuple[LoopDescription, ...]:
+def _gepetto_loops(content: YamlContent, robot: Element, where: str) -> tuple[LoopDescription, ...]:
     """Return the closures that a file lists, welds where it does not state their types."""
     pairs = content["closed_loop"]
     if not isinstance(pairs, list):
@@ -318,34 +315,23 @@ def _changed_type(word: str, at: str) -> ChangedType:
 def _gepetto_loop(
     count: int, pair: list[str], kind: str, frames: dict[str, set[str]], where: str
 ) -> LoopDescription:
-    if kind.lower() not in GEPETTO_TYPES:
-        raise ModelError(
-            f"{where}: type {kind!r} is unknown; types: {choices(GEPETTO_TYPES, kind)}"
-        )
+    one_of(kind.lower(), GEPETTO_TYPES, "type", where, "is unknown")
     if len(pair) != 2:
         raise ModelError(f"{where}: closed_loop entry {pair} is not a pair of frames")
     links: list[str] = []
     for frame in pair:
-        if frame not in frames:
-            raise ModelError(
-                f"{where}: frame {frame!r} does not exist; frames: {choices(frames, frame)}"
-            )
-        if len(frames[frame]) > 1:
+        if len(frames[one_of(frame, frames, "frame", where)]) > 1:
             raise ModelError(
                 f"{where}: frame {frame!r} is a link and a joint, which move different links: "
                 f"{choices(frames[frame])}; rename one of them"
             )
         links += frames[frame]
-    if links[0] == links[1]:
-        raise ModelError(
-            f"{where}: closed_loop entry {pair}: both frames are on the link {links[0]!r}"
-        )
-    axis = np.array([1.0, 0.0, 0.0])
-    name, kind = f"loop_{count}", GEPETTO_TYPES[kind.lower()]
-    return LoopDescription(name, kind, links[0], links[1], np.eye(4), np.eye(4), axis, axis)
+    kind = GEPETTO_TYPES[kind.lower()]
+    first, second = links
+    return LoopDescription(f"loop_{count}", kind, first, second, np.eye(4), np.eye(4))
 
 
-def _frames(robot: ElementTree.Element) -> dict[str, set[str]]:
+def _frames(robot: Element) -> dict[str, set[str]]:
     """Return the names of Pinocchio's frames, those of links and joints, with the links they move.
 
     A link and a joint of the same name may belong to different links.
@@ -358,9 +344,7 @@ def _frames(robot: ElementTree.Element) -> dict[str, set[str]]:
     return frames
 
 
-def _loop_closures(
-    file: Path, robot: ElementTree.Element, joints: set[str], strict: bool
-) -> Beside | None:
+def _loop_closures(file: Path, robot: Element, joints: set[str], strict: bool) -> Beside | None:
     """Read a file of loop closures; return None where it lists none."""
     where = str(file)
     text = file_text(file, where)
@@ -403,7 +387,7 @@ def _loop_closures(
     )
 
 
-def placements_at_zero(robot: ElementTree.Element, where: str) -> dict[str, Array]:
+def placements_at_zero(robot: Element, where: str) -> dict[str, Array]:
     """Return the `(4, 4)` placements of all links in the root, with every joint at zero.
 
     Links that no chain of joints connects to a root, which the check of the tree refuses later, are
@@ -437,9 +421,7 @@ def _closure(
     name: str, entry: _Entry, kind: str, links: list[str], at_zero: Mapping[str, Array], at: str
 ) -> LoopDescription:
     first, second = links
-    if first == second:
-        raise ModelError(f"{at}: both links are {first!r}")
-    axis = np.array([1.0, 0.0, 0.0])
+    axis = X_AXIS
     if kind != "ball_loops":
         axis = direction(_vector(entry, "axis", at), f"{at}: the axis")
     if kind == "closures":
@@ -454,18 +436,11 @@ def _closure(
             "in which of them the axis is meant; write <loop>"
         )
     loop_type = "spherical" if kind == "ball_loops" else "revolute"
-    return LoopDescription(name, loop_type, first, second, ends[0], ends[1], axis, axis)
+    return LoopDescription(name, loop_type, first, second, ends[0], ends[1], axis)
 
 
 def _vector(entry: _Entry, key: str, at: str) -> Array:
     value = entry.get(key)
-    # YAML takes 1e-3 for a text, since it has no point; true and false are numbers to Python.
-    if not isinstance(value, list) or any(isinstance(item, (bool, list)) for item in value):
-        raise ModelError(f"{at}: {key} {value!r} is not 3 finite number(s)")
-    try:
-        vector = np.array([float(item) for item in value])
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ModelError(f"{at}: {key} {value!r} is not 3 finite number(s)") from error
-    if vector.shape != (3,) or not np.all(np.abs(vector) <= GREATEST):
-        raise ModelError(f"{at}: {key} {value!r} is not 3 finite number(s)")
-    return vector
+    # YAML takes 1e-3 for a text, since it has no point.
+    stated = " ".join(map(str, value)) if isinstance(value, list) else str(value or "")
+    return numbers(stated, 3, "", f"{at}: {key}")

@@ -12,7 +12,7 @@ says that two gears on parallel axes touch, with `pressure_angle`, `helix_angle`
 from __future__ import annotations
 
 from dataclasses import replace
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -24,9 +24,7 @@ FORCES = ("none", "mesh")
 """Values of `forces`."""
 
 
-def with_forces(
-    coupling: CouplingDescription, element: ElementTree.Element, at: str
-) -> CouplingDescription:
+def with_forces(coupling: CouplingDescription, element: Element, at: str) -> CouplingDescription:
     """Return a coupling with the forces that its element states, and how its ratio changes.
 
     Raises:
@@ -60,9 +58,7 @@ def with_forces(
     return replace(coupling, forces="mesh", mesh=Mesh(pressure, helix, place))
 
 
-def _higher(
-    coupling: CouplingDescription, element: ElementTree.Element, at: str
-) -> tuple[float, ...]:
+def _higher(coupling: CouplingDescription, element: Element, at: str) -> tuple[float, ...]:
     """Return the coefficients of higher powers that an element states."""
     stated = element.get("higher")
     higher = () if stated is None else listed(stated, f"{at}: higher")

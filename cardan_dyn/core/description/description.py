@@ -6,7 +6,7 @@ whatever notation they were read from: `==` compares contents, arrays included, 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from ...kit.arrays import Array
 from ...kit.frozen import FrozenDict, Value, read_only
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 IDENTITY = read_only(np.eye(4))
 """Placement `(4, 4)` in the same place."""
+X_AXIS = read_only(np.array([1.0, 0.0, 0.0]))
+"""Axis `(3,)` of a joint that states none."""
 ROUNDING = 1e-12
 """Displacement [rad, m] and closure error that is rounding."""
 PRESSURE_ANGLE = np.pi / 9.0
@@ -54,7 +57,7 @@ class SourceModel(NamedTuple):
     """
 
     model: pinocchio.Model
-    constraints: tuple[tuple[int, np.ndarray, int, np.ndarray], ...]
+    constraints: tuple[tuple[int, Array, int, Array], ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,8 +73,8 @@ class LinkDescription(Value):
 
     name: str
     mass: float = 0.0
-    centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
+    centre: Array = field(default_factory=lambda: np.zeros(3))
+    inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
 
     @property
     def is_massless(self) -> bool:
@@ -121,8 +124,20 @@ class Limits(Value):
     effort: float = np.inf
 
 
+class _TwoAxes(Value):
+    """What has two axes, which are one but for types of `TWO_AXES`."""
+
+    type: str
+    axis: Array
+
+    def __post_init__(self) -> None:
+        if self.type not in TWO_AXES:
+            object.__setattr__(self, "axis_2", self.axis)
+        super().__post_init__()
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class JointDescription(Value):
+class JointDescription(_TwoAxes):
     """A joint of the spanning tree.
 
     Attributes:
@@ -148,10 +163,10 @@ class JointDescription(Value):
     type: str
     parent: str
     child: str
-    origin: np.ndarray
-    axis: np.ndarray
-    axis_2: np.ndarray
-    child_placement: np.ndarray = field(default_factory=lambda: IDENTITY)
+    origin: Array
+    axis: Array = field(default_factory=lambda: X_AXIS)
+    axis_2: Array = field(default_factory=lambda: X_AXIS)
+    child_placement: Array = field(default_factory=lambda: IDENTITY)
     limits: Limits = field(default_factory=Limits)
     adjustable: str = ""
     dynamics: Dynamics = field(default_factory=Dynamics)
@@ -162,7 +177,7 @@ class JointDescription(Value):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LoopDescription(Value):
+class LoopDescription(_TwoAxes):
     """A closure between two links, in URDF+ notation.
 
     Attributes:
@@ -181,10 +196,10 @@ class LoopDescription(Value):
     type: str
     predecessor: str
     successor: str
-    predecessor_origin: np.ndarray
-    successor_origin: np.ndarray
-    axis: np.ndarray
-    axis_2: np.ndarray
+    predecessor_origin: Array
+    successor_origin: Array
+    axis: Array = field(default_factory=lambda: X_AXIS)
+    axis_2: Array = field(default_factory=lambda: X_AXIS)
     dynamics: Dynamics = field(default_factory=Dynamics)
     armature: tuple[float, ...] = ()
 
@@ -267,8 +282,8 @@ class Displacement(NamedTuple):
 
     joint: str
     is_end: bool
-    matrix: np.ndarray
-    before: np.ndarray
+    matrix: Array
+    before: Array
 
     def __str__(self) -> str:
         """Return it in words, without what is rounding."""
@@ -329,20 +344,20 @@ class Description(Value):
     notation: str = field(default="URDF+", compare=False)
     warnings: tuple[str, ...] = field(default=(), compare=False)
     source: SourceText | SourceModel | None = field(default=None, compare=False)
-    frames: Mapping[str, tuple[str, np.ndarray]] = field(
+    frames: Mapping[str, tuple[str, Array]] = field(
         default_factory=lambda: FrozenDict({}), compare=False
     )
     displacements: tuple[Displacement, ...] = field(default=(), compare=False)
     remedy: str = field(default="", compare=False)
     added: str = field(default="", compare=False)
-    keyframes: Mapping[str, Mapping[str, float | np.ndarray]] = field(
+    keyframes: Mapping[str, Mapping[str, float | Array]] = field(
         default_factory=lambda: FrozenDict({}), compare=False
     )
-    gravity: np.ndarray | None = field(default=None, compare=False)
+    gravity: Array | None = field(default=None, compare=False)
     states_gravity: bool = field(default=False, compare=False)
     origins: tuple[str, ...] = field(default=(), compare=False)
 
-    def displaced(self, by: Mapping[tuple[str, bool], np.ndarray]) -> Description:
+    def displaced(self, by: Mapping[tuple[str, bool], Array]) -> Description:
         """Return the description with frames of joints and ends of loops elsewhere.
 
         Args:
@@ -363,7 +378,7 @@ class Description(Value):
         return self._with_frames({item[:2]: item.before for item in self.displacements}, ())
 
     def _with_frames(
-        self, frames: Mapping[tuple[str, bool], np.ndarray], changed: tuple[Displacement, ...]
+        self, frames: Mapping[tuple[str, bool], Array], changed: tuple[Displacement, ...]
     ) -> Description:
         """Return the description with some frames elsewhere, and what was changed about them."""
         return replace(
@@ -381,18 +396,6 @@ class Description(Value):
                 for loop in self.loops
             ),
             displacements=changed,
-        )
-
-    def with_moving(self, joints: Collection[str]) -> Description:
-        """Return the description in which some adjustable joints are what they become."""
-        return replace(
-            self,
-            joints=tuple(
-                replace(joint, type=joint.adjustable, adjustable="")
-                if joint.name in joints
-                else joint
-                for joint in self.joints
-            ),
         )
 
     def with_types(self, types: Mapping[str, str]) -> Description:
@@ -423,7 +426,7 @@ class Description(Value):
         return (*self.joints, *self.loops)
 
     @property
-    def fixed_frames(self) -> dict[str, tuple[str, np.ndarray]]:
+    def fixed_frames(self) -> dict[str, tuple[str, Array]]:
         """What is fixed in links and named unlike any: to the link, `(4, 4)` placement there [m].
 
         They are `fixed` joints of the tree and `frames`; of one name, a joint comes first.
@@ -481,8 +484,8 @@ class Description(Value):
 
 
 def placed_links(
-    links: Iterable[str], joints: Iterable[tuple[str, str, np.ndarray]]
-) -> dict[str, np.ndarray]:
+    links: Iterable[str], joints: Iterable[tuple[str, str, Array]]
+) -> dict[str, Array]:
     """Return the `(4, 4)` placements of links in the root, with every joint at zero.
 
     Links that no chain of joints connects to a root are at the root.
@@ -492,7 +495,7 @@ def placed_links(
         joints: of each, the names of parent and child, and the child's `(4, 4)` placement there.
     """
     placed = dict.fromkeys(links, IDENTITY)
-    children: dict[str, list[tuple[str, np.ndarray]]] = {link: [] for link in placed}
+    children: dict[str, list[tuple[str, Array]]] = {link: [] for link in placed}
     carried = set()
     for parent, child, placement in joints:
         children.setdefault(parent, []).append((child, placement))
@@ -507,8 +510,8 @@ def placed_links(
 
 
 def elementary(
-    kind: str, axis: np.ndarray, axis_2: np.ndarray, cardan: bool = False
-) -> list[tuple[str, np.ndarray]]:
+    kind: str, axis: Array, axis_2: Array, cardan: bool = False
+) -> list[tuple[str, Array]]:
     """Return kinds and axes of a joint type's parts, from the parent outwards.
 
     Args:
@@ -580,7 +583,7 @@ def _of_joint(joint: JointOrLoop, parent: str, child: str, driven: bool = False)
     return joint.name, joint.type, f"{parent} -> {child}", axes, drive, rotors
 
 
-def _vector(values: np.ndarray) -> str:
+def _vector(values: Array) -> str:
     # Adding zero removes the sign of negative zeros.
     return f"({', '.join(f'{value:.6g}' for value in values + 0.0)})"
 

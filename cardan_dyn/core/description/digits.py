@@ -59,9 +59,9 @@ def precision_of(description: Description) -> Precision:
     """Return the precision of a description's text; zeros where it has no rounded numbers."""
     if description.text is None:
         return Precision(0.0, 0.0)
-    from xml.etree import ElementTree
+    from xml.etree.ElementTree import fromstring
 
-    root = ElementTree.fromstring(description.text.text)
+    root = fromstring(description.text.text)
     degrees = root.tag == "mujoco" and all(
         item.get("angle", "degree") == "degree" for item in root.iter("compiler")
     )

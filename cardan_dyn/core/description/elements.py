@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import codecs
 import json
 import math
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from xml.etree import ElementTree
+from typing import NamedTuple
+from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
 
+from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
 from .description import IDENTITY, TWO_AXES, Dynamics, LoopDescription, kinds_of
 
@@ -45,15 +45,10 @@ what axes written with ten digits have."""
 ROTATION_TOLERANCE = 1e-9
 """Greatest difference between a matrix and the rotation that is written for it. Rotations that were
 read differ by some 1e-15; whatever is no rotation (a reflection, a scaled one) by much more."""
-_MULTIBYTE = frozenset(
-    {
-        *("utf-8", "gb2312", "gbk", "gb18030", "big5", "big5hkscs", "cp932", "cp949", "cp950"),
-        *("shift_jis", "shift_jis_2004", "shift_jisx0213"),
-        *("euc_jp", "euc_jis_2004", "euc_jisx0213", "euc_kr", "johab"),
-    }
-)
-"""Python's encodings of several bytes a letter that write ASCII as ASCII: expat knows UTF-8 by that
-name alone, and none of the others."""
+_ENCODING = re.compile(rb"""\s*<\?xml[^>]*?\sencoding\s*=\s*["']([^"']+)""")
+_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
+_ELSEWHERE = re.compile("""<!(?:DOCTYPE|ENTITY)\\s[^>"']*?\\s(?:SYSTEM|PUBLIC)\\s""")
+"""What refers to another document."""
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _NUMBERS = re.compile(rf"[ \t\r\n]*{_NUMBER}(?:[ \t\r\n]+{_NUMBER})*[ \t\r\n]*")
 """Decimal numbers as XML Schema has them, with blanks between and around them."""
@@ -88,71 +83,39 @@ def file_text(path: Path, where: str) -> str | bytes:
         raise ModelError(f"{where}: cannot be read ({error})") from error
 
 
-def xml_root(source: str | bytes, where: str) -> tuple[ElementTree.Element, str]:
+def xml_root(source: str | bytes, where: str) -> tuple[Element, str]:
     """Return the outermost element of an XML text or file, and the text.
 
     Raises:
         ModelError: it is malformed; or its DOCTYPE, or an entity that this defines, is in another
             document, so that it would silently be read as nothing.
     """
-    encoding, is_external = _prolog(source)
     try:
-        if isinstance(source, bytes) and codecs.lookup(encoding).name in _MULTIBYTE:
-            source = source.decode(encoding)
-            is_external = _prolog(source)[1]
+        text = source
+        if isinstance(text, bytes):
+            declared = _ENCODING.match(text)
+            text = text.decode(declared[1].decode() if declared else "utf-8")
+        plain = _COMMENT.sub("", text)
         try:
-            root = ElementTree.fromstring(source)
-        except ElementTree.ParseError:
+            root = fromstring(text)
+        except ParseError as error:
             # Gazebo, ROS and MuJoCo read comments with "--" in them, and blanks ahead of it all.
-            with suppress(ElementTree.ParseError, ValueError, LookupError):
-                text = source if isinstance(source, str) else source.decode(encoding)
-                text = re.sub("<!--.*?-->", "", text, flags=re.DOTALL).strip()
-                ElementTree.fromstring(text)
-                source = text
-            root = ElementTree.fromstring(source)
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
+            try:
+                text = plain.strip()
+                root = fromstring(text)
+            except ParseError:
+                raise error from None
+    except (ParseError, ValueError, LookupError) as error:
         hint = ""
         if isinstance(source, bytes) and not source.isascii():
             hint = "; is it in the encoding that it declares, UTF-8 where it declares none?"
         raise ModelError(f"{where}: malformed XML: {error}{hint}") from error
-    if is_external:
+    if _ELSEWHERE.search(plain):
         raise ModelError(f"{where}: its DOCTYPE refers to another document, which is not read")
-    return root, source if isinstance(source, str) else source.decode(encoding)
+    return root, text
 
 
-def _prolog(source: str | bytes) -> tuple[str, bool]:
-    """Return the encoding that XML declares, and whether its DOCTYPE refers to another document."""
-    from xml.parsers import expat
-
-    encoding, is_external = "utf-8", False
-
-    def begun(*_: object) -> None:
-        raise StopIteration  # All that comes before the first element is known.
-
-    def declaration(_version: str, declared: str | None, _standalone: int) -> None:
-        nonlocal encoding
-        encoding = declared or encoding
-
-    def doctype(_name: str, system: str | None, public: str | None, _internal: bool) -> None:
-        nonlocal is_external
-        is_external |= system is not None or public is not None
-
-    def entity(*definition: object) -> None:
-        nonlocal is_external
-        is_external |= definition[2] is None  # It has no value here.
-
-    parser = expat.ParserCreate()
-    parser.XmlDeclHandler = declaration
-    parser.StartDoctypeDeclHandler = doctype
-    parser.EntityDeclHandler = entity
-    parser.StartElementHandler = begun
-    # Whoever reads the elements tells what is wrong.
-    with suppress(StopIteration, expat.ExpatError, ValueError, LookupError):
-        parser.Parse(source, True)
-    return encoding, is_external
-
-
-def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element | None:
+def only(element: Element, tag: str, at: str) -> Element | None:
     """Return the child element of a kind, None without one.
 
     Raises:
@@ -169,7 +132,7 @@ DYNAMICS_WORDS = ("damping", "friction", "spring_stiffness", "spring_reference")
 """Words of URDF and SDF for the fields of `Dynamics`; URDF itself has the first two."""
 
 
-def dynamics_of(joint: ElementTree.Element, at: str) -> Dynamics:
+def dynamics_of(joint: Element, at: str) -> Dynamics:
     """Return what the `<dynamics>` of a `<joint>` or `<loop>` states, zero where it states none.
 
     Raises:
@@ -183,7 +146,7 @@ def dynamics_of(joint: ElementTree.Element, at: str) -> Dynamics:
     )
 
 
-def armature_of(joint: ElementTree.Element, kind: str, at: str) -> tuple[float, ...]:
+def armature_of(joint: Element, kind: str, at: str) -> tuple[float, ...]:
     """Return the armature that the `<dynamics>` of a `<joint>` or `<loop>` of a type states.
 
     Raises:
@@ -233,7 +196,7 @@ def armature(values: Sequence[float], kind: str, at: str) -> tuple[float, ...]:
     return found
 
 
-def names(robot: ElementTree.Element, tag: str, where: str) -> list[str]:
+def names(robot: Element, tag: str, where: str) -> list[str]:
     """Return the names of all elements of a kind, each of which occurs once."""
     listed = [name_of(element, where) for element in robot.findall(tag)]
     check_unique(listed, tag, where)
@@ -260,7 +223,7 @@ def unique(name: str, taken: set[str]) -> str:
     return candidate
 
 
-def name_of(element: ElementTree.Element, where: str) -> str:
+def name_of(element: Element, where: str) -> str:
     """Return the name of an element, which must have one."""
     name = element.get("name")
     if not name:
@@ -268,18 +231,29 @@ def name_of(element: ElementTree.Element, where: str) -> str:
     return name
 
 
-def link_of(element: ElementTree.Element, tag: str, links: Collection[str], at: str) -> str:
+def one_of(
+    name: str | None, known: Collection[str], what: str, at: str, fault: str = "does not exist"
+) -> str:
+    """Return a name that is known.
+
+    Raises:
+        ModelError: it is not; the message lists those that are.
+    """
+    if name is None or name not in known:
+        listed = choices(known, name)
+        raise ModelError(f"{at}: {what} {name!r} {fault}; {what.split()[-1]}s: {listed}")
+    return name
+
+
+def link_of(element: Element, tag: str, links: Collection[str], at: str) -> str:
     """Return the name of an existing link that a child element points to."""
     child = only(element, tag, at)
     if child is None or not child.get("link"):
         raise ModelError(f'{at}: <{tag} link="..."/> is missing')
-    name = child.get("link", "")
-    if name not in links:
-        raise ModelError(f"{at}: {tag} link {name!r} does not exist; links: {choices(links, name)}")
-    return name
+    return one_of(child.get("link"), links, f"{tag} link", at)
 
 
-def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
+def numbers(text: str | None, count: int, default: str, at: str) -> Array:
     """Return the numbers `(count,)` that an attribute lists.
 
     They are decimal numbers as XML knows them, with blanks between and around them. Python would
@@ -343,20 +317,20 @@ def bound(text: str | None, sign: float, default: str, at: str) -> float:
     return sign * math.inf if sign * value > GREATEST else number(text, default, at)
 
 
-def at_point(point: np.ndarray) -> np.ndarray:
+def at_point(point: Array) -> Array:
     """Return the `(4, 4)` placement at a point `(3,)`, axes parallel."""
     result = np.eye(4)
     result[:3, 3] = point
     return result
 
 
-def placement(element: ElementTree.Element, at: str) -> np.ndarray:
+def placement(element: Element, at: str) -> Array:
     """Return the `(4, 4)` placement of an element's <origin>; identity where it has none."""
     origin = only(element, "origin", at)
     return IDENTITY if origin is None else pose(origin, at)
 
 
-def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
+def pose(origin: Element, at: str) -> Array:
     """Return the `(4, 4)` placement that an element's attributes xyz and rpy describe."""
     if origin.get("quat_xyzw") is not None:
         raise ModelError(f"{at}: origin quat_xyzw is not read; write rpy instead")
@@ -368,7 +342,7 @@ def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
     return result
 
 
-def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
+def rotation(roll: float, pitch: float, yaw: float) -> Array:
     """Return the `(3, 3)` rotation of angles [rad] about the fixed axes x, then y, then z."""
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)
@@ -382,7 +356,7 @@ def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
     )
 
 
-def unit(vector: np.ndarray, at: str) -> np.ndarray:
+def unit(vector: Array, at: str) -> Array:
     """Return a vector scaled to the length 1.
 
     Raises:
@@ -396,7 +370,7 @@ def unit(vector: np.ndarray, at: str) -> np.ndarray:
     return scaled / np.linalg.norm(scaled)
 
 
-def rotation_of_quaternion(quaternion: np.ndarray, at: str) -> np.ndarray:
+def rotation_of_quaternion(quaternion: Array, at: str) -> Array:
     """Return the `(3, 3)` rotation of a quaternion w x y z of any length."""
     w, x, y, z = unit(quaternion, at)
     return np.array(
@@ -408,7 +382,7 @@ def rotation_of_quaternion(quaternion: np.ndarray, at: str) -> np.ndarray:
     )
 
 
-def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndarray:
+def axis_of(element: Element, at: str, tag: str = "axis") -> Array:
     """Return the `(3,)` unit axis of an element."""
     child = only(element, tag, at)
     if child is not None and child.get("xyz") is None:
@@ -417,7 +391,7 @@ def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndar
     return direction(axis, f"{at}: the {tag}")
 
 
-def direction(axis: np.ndarray, at: str) -> np.ndarray:
+def direction(axis: Array, at: str) -> Array:
     """Return the `(3,)` unit vector of an axis.
 
     Raises:
@@ -434,8 +408,8 @@ def direction(axis: np.ndarray, at: str) -> np.ndarray:
 
 
 def axes_of(
-    element: ElementTree.Element, kind: str, at: str, tags: tuple[str, str] = ("axis", "axis2")
-) -> tuple[np.ndarray, np.ndarray]:
+    element: Element, kind: str, at: str, tags: tuple[str, str] = ("axis", "axis2")
+) -> tuple[Array, Array]:
     """Return both `(3,)` unit axes of a joint of a kind, which are one but for `TWO_AXES`.
 
     Args:
@@ -449,10 +423,17 @@ def axes_of(
     """
     first, second = tags
     axis = axis_of(element, at, first)
-    if kind not in TWO_AXES:
+    if kind not in TWO_AXES and (first == "axis" or element.find(second) is None):
         return axis, axis
     axis_2 = axis_of(element, at, second)
-    if abs(float(axis @ axis_2)) > DIRECTION_TOLERANCE:
+    if kind not in TWO_AXES:
+        # Both frames turn about it or slide along it, so that it has the same components in both.
+        if kind in SINGLE_TYPES and np.linalg.norm(np.cross(axis, axis_2)) > DIRECTION_TOLERANCE:
+            raise ModelError(
+                f"{at}: {first} {axis.tolist()} and {second} {axis_2.tolist()} differ, and both "
+                f"frames share the axis of a hinge or slide; turn one origin, or leave {second} out"
+            )
+    elif abs(float(axis @ axis_2)) > DIRECTION_TOLERANCE:
         raise ModelError(
             f"{at}: a {kind} joint needs <{first}> and <{second}> at right angles, not "
             f"{axis.tolist()} and {axis_2.tolist()}"
@@ -460,52 +441,70 @@ def axes_of(
     return axis, axis_2
 
 
-def loop(
-    element: ElementTree.Element, sides: Iterable[str], links: Collection[str], where: str
-) -> LoopDescription:
-    """Return a loop from an element that names a link and a placement for each side.
+class _Words(NamedTuple):
+    """In what words a notation writes a loop.
+
+    Attributes:
+        sides: elements that name the links of predecessor and successor.
+        axes: elements that state its axes.
+        types: its word for a type to that type.
+    """
+
+    sides: tuple[str, str]
+    axes: tuple[str, str] = ("axis", "axis2")
+    types: Mapping[str, str] = dict(zip(LOOP_TYPES, LOOP_TYPES, strict=True))
+
+
+_CUT = ("revolute", "prismatic", "universal", "spherical")
+NOTATIONS = {
+    "loop": _Words(("predecessor", "successor")),
+    "loop_joint": _Words(("link1", "link2")),
+    "constraint": _Words(
+        ("parent", "child"),
+        ("parent_axis", "child_axis"),
+        {f"{kind}{end}": kind for end in ("", "_joint") for kind in _CUT} | {"link": "fixed"},
+    ),
+}
+"""Elements that are loops: of URDF+, of Isaac, and as proposed for ROS."""
+
+
+def loop(element: Element, links: Collection[str], where: str) -> LoopDescription:
+    """Return the loop that an element of `NOTATIONS` states.
 
     Args:
-        element: with `name`, `type`, a child per side, and `<axis>`.
-        sides: tags of the predecessor's and the successor's child.
+        element: with `name`, `type`, a child per side, and axes.
         links: names of all links.
         where: how messages name the source of the text.
 
     Raises:
         ModelError: what is wrong with it.
     """
-    name = name_of(element, where)
+    name, words = name_of(element, where), NOTATIONS[element.tag]
     at = f"{where}: {element.tag} {name!r}"
-    kind = element.get("type")
-    if kind not in LOOP_TYPES:
-        raise ModelError(
-            f"{at}: type {kind!r} is not supported; types: {choices(LOOP_TYPES, kind)}"
-        )
-    predecessor, successor = (link_of(element, side, links, at) for side in sides)
-    if predecessor == successor:
-        raise ModelError(f"{at}: predecessor and successor are the same link {successor!r}")
-    origins = [_end(only(element, side, at), at) for side in sides]
-    axis, axis_2 = axes_of(element, kind, at)
-    ends = predecessor, successor, origins[0], origins[1]
-    if element.tag != "loop":
-        return LoopDescription(name, kind, *ends, axis, axis_2)
+    kind = words.types[one_of(element.get("type"), words.types, "type", at, "is not supported")]
+    first, second = words.sides
+    ends = link_of(element, first, links, at), link_of(element, second, links, at)
+    origins = _end(element, first, at), _end(element, second, at)
+    axis, axis_2 = axes_of(element, kind, at, words.axes)
     stated = dynamics_of(element, at), armature_of(element, kind, at)
-    return LoopDescription(name, kind, *ends, axis, axis_2, *stated)
+    return LoopDescription(name, kind, *ends, *origins, axis, axis_2, *stated)
 
 
-def _end(side: ElementTree.Element | None, at: str) -> np.ndarray:
+def _end(element: Element, tag: str, at: str) -> Array:
     """Return the placement of a loop's frame in the link of a side."""
-    if side is None:
-        return IDENTITY
+    side = only(element, tag, at)
+    if element.tag == "constraint" or side is None:
+        origin = only(element, f"{tag}_origin", at)
+        return IDENTITY if origin is None else pose(origin, at)
     # URDF+ has an <origin> in each side; Isaac writes its attributes on the side itself.
     if side.find("origin") is None:
         return pose(side, at)
     if side.get("xyz") is not None or side.get("rpy") is not None:
-        raise ModelError(f"{at}: <{side.tag}> has attributes xyz or rpy and an <origin>; keep one")
+        raise ModelError(f"{at}: <{tag}> has attributes xyz or rpy and an <origin>; keep one")
     return placement(side, at)
 
 
-def adjustable_type(element: ElementTree.Element, kind: str, at: str) -> str:
+def adjustable_type(element: Element, kind: str, at: str) -> str:
     """Return what a fixed joint becomes where a scene holds or drives it; empty if it stays fixed.
 
     Raises:

@@ -8,11 +8,11 @@ older versions, which see it in the model's frame, would make another joint of i
 
 from __future__ import annotations
 
-from xml.etree import ElementTree
+from dataclasses import replace
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
 from .description import LoopDescription
 from .elements import DIRECTION_TOLERANCE
@@ -27,7 +27,7 @@ NOTATION = "SDF <joint> in <gazebo>"
 
 
 def gazebo_loops(
-    robot: ElementTree.Element, where: str, strict: bool
+    robot: Element, where: str, strict: bool
 ) -> tuple[tuple[LoopDescription, ...], tuple[str, ...]]:
     """Return the loops that `<gazebo>` elements add to a URDF, and warnings.
 
@@ -67,7 +67,7 @@ def gazebo_loops(
         found = edge(joint, frames, f"{where}: <gazebo>")
         warnings += found.warnings
         forces += found.forces
-        found = found._replace(parent=root if found.parent == WORLD else found.parent)
+        found = replace(found, parent=root if found.parent == WORLD else found.parent)
         if found.child == root:
             if found.type == "fixed" and found.parent == root:
                 continue
@@ -82,19 +82,14 @@ def gazebo_loops(
     return tuple(loops), (*warnings, *forces_left_out(forces, where, strict))
 
 
-def _axis_notes(joint: ElementTree.Element, found: Edge, at: str) -> list[str]:
+def _axis_notes(joint: Element, found: Edge, at: str) -> list[str]:
     """Return a warning where older versions of Gazebo would make another joint of an axis."""
-    if found.type in ("fixed", "spherical"):
-        return []
-    turn: Array = found.placement[:3, :3]
-    stated = [("axis", found.axis), ("axis2", found.axis_2)]
-    notes = []
-    for tag, axis in stated[: 1 + (found.type == "universal")]:
-        xyz = joint.find(f"{tag}/xyz")
-        is_named = xyz is not None and bool(xyz.get("expressed_in"))
-        if not is_named and np.max(np.abs(turn @ axis - axis)) > DIRECTION_TOLERANCE:
-            notes.append(
-                f"{at}: <{tag}> is seen in the joint's frame, as of sdformat 9 on; older versions "
-                "see it in the model's frame, where it is another one: write expressed_in"
-            )
-    return notes
+    turn = found.origin[:3, :3]
+    return [
+        f"{at}: <{tag}> is seen in the joint's frame, as of sdformat 9 on; older versions "
+        "see it in the model's frame, where it is another one: write expressed_in"
+        for tag, axis in (("axis", found.axis), ("axis2", found.axis_2))
+        for xyz in joint.iterfind(f"{tag}/xyz")
+        if found.type not in ("fixed", "spherical") and not xyz.get("expressed_in")
+        if np.max(np.abs(turn @ axis - axis)) > DIRECTION_TOLERANCE
+    ]

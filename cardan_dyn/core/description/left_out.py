@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 from ...kit.errors import ModelError, choices
 from .description import JointDescription, JointOrLoop
@@ -25,30 +25,30 @@ _OF_PROGRAMS = ("transmission", "gazebo", "mujoco", "drake")
 """Elements of `<robot>` that are for other programs."""
 
 
-def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
+def elements_left_out(robot: Element, where: str) -> list[str]:
     """Return warnings about elements of a URDF that wrenches are without.
 
     Args:
         robot: its outermost element.
         where: how messages name the source of the text.
     """
-    joints, lines = robot.findall("joint"), []
+    joints, lines = robot.findall("joint"), list[str]()
     for tag, label in _OF_JOINTS.items():
         named = [joint.get("name", "") for joint in joints if joint.find(tag) is not None]
-        lines.append(line_of(where, label, named, "no wrench considers them"))
+        lines += line_of(where, label, named, "no wrench considers them")
     touching = [
         link.get("name", "") for link in robot.findall("link") if link.find("contact") is not None
     ]
-    lines.append(line_of(where, "<contact>", touching, "no wrench considers it", "link"))
+    lines += line_of(where, "<contact>", touching, "no wrench considers it", "link")
     for tag in _OF_PROGRAMS:
         count = sum(not _is_read(item, joints) for item in robot.findall(tag))
         if count:
             times = f" ({count} times)" if count > 1 else ""
             lines.append(f"{where}: <{tag}>{times} is for other programs and was passed over")
-    return [line for line in lines if line]
+    return lines
 
 
-def _is_read(element: ElementTree.Element, joints: Sequence[ElementTree.Element]) -> bool:
+def _is_read(element: Element, joints: Sequence[Element]) -> bool:
     """Return whether an element for other programs says loops (`gazebo`), motors or rotors."""
     if element.tag == "transmission":
         known = {joint.get("name") for joint in joints}
@@ -65,8 +65,7 @@ def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]
         where: how messages name the source of the text.
     """
     limited = [joint.name for joint in joints if any(map(math.isfinite, astuple(joint.limits)))]
-    line = line_of(where, "limits", limited, "what lies beyond them is computed like all else")
-    return [line] if line else []
+    return line_of(where, "limits", limited, "what lies beyond them is computed like all else")
 
 
 def dynamics_left_out(joints: Iterable[JointOrLoop], where: str) -> list[str]:
@@ -82,11 +81,10 @@ def dynamics_left_out(joints: Iterable[JointOrLoop], where: str) -> list[str]:
     has_springs = any(item.dynamics.stiffness for item in acting)
     what = "damping, friction or springs" if has_springs else "damping or friction"
     taken = "Scene(..., elements=described_elements(mechanism)) takes it in"
-    lines = [
-        line_of(where, what, others, taken),
-        line_of(where, what, balls, "wrenches are without it", "ball"),
+    return [
+        *line_of(where, what, others, taken),
+        *line_of(where, what, balls, "wrenches are without it", "ball"),
     ]
-    return [line for line in lines if line]
 
 
 def forces_left_out(forces: Sequence[str], where: str, strict: bool) -> list[str]:
@@ -110,10 +108,9 @@ def forces_left_out(forces: Sequence[str], where: str, strict: bool) -> list[str
     return [f"{where}: {force} left out of the wrenches" for force in forces]
 
 
-def line_of(where: str, what: str, names: list[str], result: str, owner: str = "joint") -> str:
-    """Return a warning about something of some joints or links; empty where there are none."""
-    if not names:
-        return ""
-    listed = choices(names, most=_MOST_NAMED)
-    owners = f"{len(names)} {owner}{'s' * (len(names) > 1)}"
-    return f"{where}: {what} of {owners} ({listed}) left out: {result}"
+def line_of(
+    where: str, what: str, names: list[str], result: str, owner: str = "joint"
+) -> list[str]:
+    """Return a warning about something of some joints or links; none where there are none."""
+    owners = f"{len(names)} {owner}{'s' * (len(names) > 1)} ({choices(names, most=_MOST_NAMED)})"
+    return [f"{where}: {what} of {owners} left out: {result}"] if names else []

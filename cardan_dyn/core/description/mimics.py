@@ -7,7 +7,7 @@ of joint a plus c. It is a coupling of joints. It may have a `name`, which URDF 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 from ...kit.errors import ModelError, choices
 from .coupled_forces import with_forces
@@ -17,7 +17,7 @@ from .left_out import line_of
 
 
 def mimics(
-    robot: ElementTree.Element,
+    robot: Element,
     joints: Iterable[JointDescription],
     taken: Collection[str],
     where: str,
@@ -56,11 +56,10 @@ def mimics(
         result.append(_mimic(name, joint, mimic, known, f"{where}: joint {joint!r}: <mimic>"))
     check_mimics(result, where)
     decided = [joint for joint in stated if joint in solved and joint not in at_rest]
-    lines = (
-        line_of(where, "<mimic>", at_rest, "fixed joints follow nothing"),
-        line_of(where, "<mimic>", decided, "loops decide where these joints are"),
-    )
-    return result, [line for line in lines if line]
+    return result, [
+        *line_of(where, "<mimic>", at_rest, "fixed joints follow nothing"),
+        *line_of(where, "<mimic>", decided, "loops decide where these joints are"),
+    ]
 
 
 def default_name(joint: str) -> str:
@@ -100,7 +99,7 @@ def check_mimics(couplings: Iterable[CouplingDescription], where: str) -> None:
 def _mimic(
     name: str,
     joint: str,
-    mimic: ElementTree.Element,
+    mimic: Element,
     joints: Mapping[str, JointDescription],
     at: str,
 ) -> CouplingDescription:

@@ -22,32 +22,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
-from typing import NamedTuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
 from .beside import Beside
 from .description import LoopDescription
-from .elements import (
-    DIRECTION_TOLERANCE,
-    axes_of,
-    axis_of,
-    link_of,
-    loop,
-    name_of,
-    only,
-    placement,
-    pose,
-)
+from .elements import NOTATIONS, loop, placement
 
-CONSTRAINT_TYPES = {
-    **{kind: kind for kind in ("revolute", "prismatic", "universal", "spherical")},
-    **{f"{kind}_joint": kind for kind in ("revolute", "prismatic", "universal", "spherical")},
-    "link": "fixed",
-}
-"""Type of a constraint to the type of the loop that it is."""
 _CLOSING_FRAME = re.compile(r"(closing_.+)_([12])")
 """Name of a frame: that of its mate, and which side it is on."""
 _ON_Z = 1e-4
@@ -56,7 +40,7 @@ written with six digits, and are 0.1 m apart."""
 
 
 def agreed(
-    robot: ElementTree.Element,
+    robot: Element,
     links: Collection[str],
     beside: Beside | None,
     where: str,
@@ -77,15 +61,8 @@ def agreed(
         ModelError: two notations close different loops.
     """
     by_notation = {
-        "URDF+ <loop>": tuple(
-            loop(item, ("predecessor", "successor"), links, where) for item in robot.findall("loop")
-        ),
-        "Isaac <loop_joint>": tuple(
-            loop(item, ("link1", "link2"), links, where) for item in robot.findall("loop_joint")
-        ),
-        "ROS <constraint>": tuple(
-            _constraint(item, links, where) for item in robot.findall("constraint")
-        ),
+        f"{author} <{tag}>": tuple(loop(item, links, where) for item in robot.findall(tag))
+        for author, tag in zip(("URDF+", "Isaac", "ROS"), NOTATIONS, strict=True)
     }
     notes: tuple[str, ...] = ()
     if robot.find("gazebo/joint") is not None:
@@ -119,66 +96,10 @@ def _link_pairs(loops: tuple[LoopDescription, ...]) -> list[tuple[str, ...]]:
     return sorted(tuple(sorted((loop.predecessor, loop.successor))) for loop in loops)
 
 
-def _constraint(
-    element: ElementTree.Element, links: Collection[str], where: str
-) -> LoopDescription:
-    name = name_of(element, where)
-    at = f"{where}: constraint {name!r}"
-    kind = CONSTRAINT_TYPES.get(element.get("type", ""))
-    if kind is None:
-        listed = choices(CONSTRAINT_TYPES, element.get("type"))
-        raise ModelError(f"{at}: type {element.get('type')!r} is not supported; types: {listed}")
-    parent, child = (link_of(element, side, links, at) for side in ("parent", "child"))
-    if parent == child:
-        raise ModelError(f"{at}: parent and child are the same link {child!r}")
-    first, second = (_origin(element, side, at) for side in ("parent_origin", "child_origin"))
-    axis = axis_2 = np.array([1.0, 0.0, 0.0])
-    if kind == "universal":
-        axis, axis_2 = axes_of(element, kind, at, ("parent_axis", "child_axis"))
-    elif kind in ("revolute", "prismatic"):
-        axis = axis_2 = _single_axis(element, at)
-    return LoopDescription(name, kind, parent, child, first, second, axis, axis_2)
-
-
-def _origin(element: ElementTree.Element, tag: str, at: str) -> np.ndarray:
-    """Return the `(4, 4)` placement of a side's frame in its link; identity where it has none."""
-    origin = only(element, tag, at)
-    return np.eye(4) if origin is None else pose(origin, at)
-
-
-def _single_axis(element: ElementTree.Element, at: str) -> np.ndarray:
-    """Return the `(3,)` unit axis of a hinge or slide, which the parent's side states.
-
-    The child's side may state it, too. Since the frames turn about it or slide along it, it has the
-    same components in both.
-    """
-    axis = axis_of(element, at, "parent_axis")
-    if element.find("child_axis") is not None:
-        other = axis_of(element, at, "child_axis")
-        if np.linalg.norm(np.cross(axis, other)) > DIRECTION_TOLERANCE:
-            raise ModelError(
-                f"{at}: parent_axis {axis.tolist()} and child_axis {other.tolist()} differ, and "
-                "both frames share the axis of a hinge or slide; turn one origin, or leave "
-                "child_axis out"
-            )
-    return axis
-
-
-class _FixedLink(NamedTuple):
-    """A link that is fixed to another one.
-
-    Attributes:
-        body: name of the other link.
-        origin: `(4, 4)` placement in it.
-    """
-
-    body: str
-    origin: np.ndarray
-
-
 def _closing_loops(
-    robot: ElementTree.Element, links: Collection[str], where: str
+    robot: Element, links: Collection[str], where: str
 ) -> tuple[list[LoopDescription], list[str]]:
+    """Return the loops that pairs of frames close, and warnings about what they leave open."""
     frames = _fixed_links(robot, where)
     loops, warnings, guessed = [], [], []
     for link in links:
@@ -187,24 +108,21 @@ def _closing_loops(
             continue
         name, side = match.groups()
         partner = f"{name}_{3 - int(side)}"
-        if partner not in frames or link not in frames:
+        if not {link, partner} <= frames.keys():
             missing = partner if link in frames else link
             warnings.append(
                 f"{where}: frame {link!r} closes no loop: there is no link {missing!r} that is "
                 "fixed to a body"
             )
-            continue
-        if side == "2":
-            continue
-        has_axis = [f"{end}_z" in frames for end in (link, partner)]
-        if any(has_axis):
-            for end in (link, partner):
-                _check_on_z(end, frames, f"{where}: frame '{end}_z'")
-        else:
-            guessed.append(name)
-        kind = "revolute" if any(has_axis) else "spherical"
-        axis = np.array([0.0, 0.0, 1.0])
-        loops.append(LoopDescription(name, kind, link, partner, np.eye(4), np.eye(4), axis, axis))
+        elif side == "1":
+            ends, kind = (link, partner), "spherical"
+            if any(f"{end}_z" in frames for end in ends):
+                kind = "revolute"
+                for end in ends:
+                    _check_on_z(end, frames, f"{where}: frame '{end}_z'")
+            else:
+                guessed.append(name)
+            loops.append(LoopDescription(name, kind, *ends, np.eye(4), np.eye(4), np.eye(3)[2]))
     if guessed:
         warnings.append(
             f"{where}: closing frames do not state the type of {choices(guessed)}: taken as "
@@ -213,22 +131,23 @@ def _closing_loops(
     return loops, warnings
 
 
-def _fixed_links(robot: ElementTree.Element, where: str) -> dict[str, _FixedLink]:
-    """Return the links that fixed joints attach to others."""
+def _fixed_links(robot: Element, where: str) -> dict[str, tuple[str, Array]]:
+    """Return links that fixed joints attach to others: to these, `(4, 4)` placement there."""
     frames = {}
     for joint in robot.findall("joint"):
         parent, child = joint.find("parent"), joint.find("child")
         if joint.get("type") == "fixed" and parent is not None and child is not None:
             origin = placement(joint, f"{where}: joint {joint.get('name')!r}")
-            frames[child.get("link", "")] = _FixedLink(parent.get("link", ""), origin)
+            frames[child.get("link", "")] = parent.get("link", ""), origin
     return frames
 
 
-def _check_on_z(link: str, frames: dict[str, _FixedLink], at: str) -> None:
+def _check_on_z(link: str, frames: dict[str, tuple[str, Array]], at: str) -> None:
     """Refuse a frame that does not lie on the z-axis of another one of the same body."""
-    frame, beyond = frames[link], frames.get(f"{link}_z")
-    if beyond is None or beyond.body != frame.body:
+    body, origin = frames[link]
+    other, beyond = frames.get(f"{link}_z", ("", origin))
+    if other != body:
         raise ModelError(f"{at} is not fixed to the body of {link!r}; a revolute mate has both")
-    way = frame.origin[:3, :3].T @ (beyond.origin[:3, 3] - frame.origin[:3, 3])
-    if not (way[2] > 0.0 and np.linalg.norm(way[:2]) <= _ON_Z * way[2]):
+    x, y, z = origin[:3, :3].T @ (beyond[:3, 3] - origin[:3, 3])
+    if not np.hypot(x, y) <= _ON_Z * z or z == 0.0:
         raise ModelError(f"{at} does not lie on the z-axis of {link!r}; correct its origin")

@@ -1,5 +1,6 @@
 """Origins: lengths and angles of a description by name, and the description in which they can move.
 
+An adjustable joint is one that the description names itself; to move it is to make it what it says.
 `origin:JOINT.x` (`y`, `z`, `roll`, `pitch`, `yaw`) is where a joint of the tree is on its parent,
 as its text gives it; `origin:LOOP.predecessor.x` and `origin:LOOP.successor.x` where a loop is on
 its links. To move one is to put a slide or a turn between the joint and the link that carries it.
@@ -116,10 +117,15 @@ def with_origins(description: Description, names: Iterable[str]) -> Description:
 
     Args:
         description: without any such joints.
-        names: see `origin_of`, with its errors.
+        names: of adjustable joints; of others see `origin_of`, with its errors.
     """
-    every = (*_SLIDES, *_TURNS)
-    wanted = [origin_of(description, name) for name in sorted(set(names))]
+    every, asked = (*_SLIDES, *_TURNS), {*names}
+    for joint in description.joints:
+        if joint.adjustable and joint.name in asked:
+            asked.remove(joint.name)
+            opened = replace(joint, type=joint.adjustable, adjustable="")
+            description = _with(description, opened)
+    wanted = [origin_of(description, name) for name in sorted(asked)]
     wanted.sort(key=lambda origin: every.index(origin.component))
     return reduce(_opened, wanted, description)
 
@@ -138,7 +144,6 @@ def _opened(description: Description, origin: Origin) -> Description:
         child=origin.name,
         origin=placement,
         axis=origin.axis,
-        axis_2=origin.axis,
     )
     order = list(description.order)
     order.insert(order.index(joint.name) if joint.name in order else len(order), origin.name)

@@ -74,7 +74,7 @@ def _parse(
     from . import urdf
     from .description import SourceText
     from .elements import xml_root
-    from .left_out import limits_left_out
+    from .left_out import dynamics_left_out, limits_left_out
 
     root, text = xml_root(source, where)
     if model is not None and root.tag != "sdf":
@@ -96,7 +96,10 @@ def _parse(
         raise ModelError(
             f"{where}: the outermost element is <{root.tag}>, expected <robot>, <mujoco> or <sdf>"
         )
-    warnings = description.warnings
+    warnings = (
+        *description.warnings,
+        *dynamics_left_out(description.joints_and_loops, where),
+    )
     # The bundled files have limits only because URDF demands them of hinges and slides.
     if path is None or path.parent != bundled_directory():
         warnings += tuple(limits_left_out(description.joints, where))

@@ -8,9 +8,10 @@ URDF, only `loop_closures.yaml` has numbers; Gepetto's names frames.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
+from xml.etree.ElementTree import Element, fromstring
 
 import numpy as np
 import pinocchio
@@ -18,7 +19,7 @@ import pinocchio
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
 from .description import (
-    TWO_AXES,
+    CouplingDescription,
     Description,
     LinkDescription,
     Mesh,
@@ -28,10 +29,7 @@ from .description import (
 )
 
 if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
-
     from .description import (
-        CouplingDescription,
         JointDescription,
         JointOrLoop,
         LoopDescription,
@@ -60,28 +58,31 @@ def reread(description: Description) -> Description:
 
 def _with_added(description: Description) -> Description:
     """Return a description with the numbers of its source and of what was added to it."""
-    from xml.etree import ElementTree
+    stated = {item.attrib["name"]: item for item in fromstring(description.added)}
 
-    stated = list(ElementTree.fromstring(description.added))
-    named = {item.attrib["name"]: item for item in stated if item.tag != "joint"}
-    mimics = {item.attrib["name"]: item for item in stated if item.tag == "joint"}
-    loops = [_loop(loop, named[loop.name]) for loop in description.loops if loop.name in named]
-    couplings = [
-        _mimic(item, mimics[item.successor])
-        if item.of_joints
-        else _coupling(item, named[item.name])
-        for item in description.couplings
-        if (item.successor in mimics if item.of_joints else item.name in named)
-    ]
-    added = {item.name for items in (loops, couplings) for item in items}
+    def element(item: LoopDescription | CouplingDescription) -> Element | None:
+        follows = isinstance(item, CouplingDescription) and item.of_joints
+        return stated.get(item.successor if follows else item.name)
+
+    items = (description.loops, description.couplings)
     kept = _reread(
         replace(
             description,
-            loops=tuple(item for item in description.loops if item.name not in added),
-            couplings=tuple(item for item in description.couplings if item.name not in added),
+            loops=tuple(item for item in description.loops if element(item) is None),
+            couplings=tuple(item for item in description.couplings if element(item) is None),
         )
     )
-    return replace(kept, loops=(*kept.loops, *loops), couplings=(*kept.couplings, *couplings))
+    return replace(
+        kept,
+        loops=(
+            *kept.loops,
+            *(_loop(item, of) for item in items[0] if (of := element(item)) is not None),
+        ),
+        couplings=(
+            *kept.couplings,
+            *(_coupling(item, of) for item in items[1] if (of := element(item)) is not None),
+        ),
+    )
 
 
 def _reread(description: Description) -> Description:
@@ -93,9 +94,7 @@ def _reread(description: Description) -> Description:
         return of_model(description, source)
     if source is None:
         return description
-    from xml.etree import ElementTree
-
-    robot = ElementTree.fromstring(source.text)
+    robot = fromstring(source.text)
     if robot.tag == "sdf":
         from .sdf import second_reading as sdf
 
@@ -140,25 +139,20 @@ def _reread(description: Description) -> Description:
             for loop in description.loops
         ),
         couplings=tuple(
-            _mimic(item, joints[item.successor])
-            if item.of_joints
-            else _coupling(item, couplings[item.name])
+            _coupling(item, joints[item.successor] if item.of_joints else couplings[item.name])
             for item in description.couplings
         ),
     )
 
 
 def _coupling(coupling: CouplingDescription, element: Element) -> CouplingDescription:
-    """Return a coupling of links with the number of its element."""
-    ratio = float(_child(element, "ratio").attrib["value"])
-    return _with_teeth(replace(coupling, ratio=ratio, offset=0.0), element)
-
-
-def _mimic(coupling: CouplingDescription, joint: Element) -> CouplingDescription:
-    """Return a coupling of joints with the numbers of the joint that mimics the other."""
-    stated = _child(joint, "mimic")
-    ratio, offset = float(stated.get("multiplier", "1")), float(stated.get("offset", "0"))
-    return _with_teeth(replace(coupling, ratio=ratio, offset=offset), stated)
+    """Return a coupling with the numbers of its element, or of the joint that mimics the other."""
+    if coupling.of_joints:
+        element = _child(element, "mimic")
+        ratio, offset = element.get("multiplier", "1"), element.get("offset", "0")
+    else:
+        ratio, offset = _child(element, "ratio").attrib["value"], "0"
+    return _with_teeth(replace(coupling, ratio=float(ratio), offset=float(offset)), element)
 
 
 def _with_teeth(coupling: CouplingDescription, element: Element) -> CouplingDescription:
@@ -201,8 +195,7 @@ def _joint(joint: JointDescription, element: Element) -> JointDescription:
     if has_no_axis or made_universal:
         # A file beside the URDF that makes a joint universal states its axes as well.
         return replace(joint, origin=origin)
-    axis = _axis(element, "axis")
-    axis_2 = _axis(element, "axis2") if joint.type in TWO_AXES else axis
+    axis, axis_2 = _axis(element, "axis"), _axis(element, "axis2")
     return replace(joint, origin=origin, axis=axis, axis_2=axis_2)
 
 
@@ -237,14 +230,13 @@ def _loop(loop: LoopDescription, element: Element) -> LoopDescription:
     predecessor, successor = _ends(element)
     is_constraint = element.tag == "constraint"
     first, second = ("parent_axis", "child_axis") if is_constraint else ("axis", "axis2")
-    axis = _axis(element, first)
     return replace(
         loop,
         predecessor_origin=predecessor,
         successor_origin=successor,
-        axis=axis,
-        axis_2=_axis(element, second) if loop.type in TWO_AXES else axis,
-        armature=_armature(loop, element) if element.tag == "loop" else (),
+        axis=_axis(element, first),
+        axis_2=_axis(element, second),
+        armature=_armature(loop, element),
     )
 
 
@@ -296,7 +288,7 @@ def _child(element: Element, tag: str) -> Element:
 
 
 def reread_beside(
-    loops: Iterable[LoopDescription], joints: Iterable[JointDescription], text: str | bytes
+    loops: Sequence[LoopDescription], joints: Iterable[JointDescription], text: str | bytes
 ) -> dict[str, LoopDescription]:
     """Return the loops that a file states, by name, with the numbers of its text.
 
@@ -311,36 +303,29 @@ def reread_beside(
     import yaml
 
     content: dict[str, Any] = yaml.safe_load(text)
-    hinges = {
-        entry.get("name") or f"loop_{index + 1}": entry
-        for index, entry in enumerate(content.get("closures") or [])
+    entries = {
+        entry.get("name") or f"{'loop' if key == 'closures' else key}_{index}": entry
+        for key in ("closures", "pin_loops", "ball_loops")
+        for index, entry in enumerate(content.get(key) or [], start=1)
     }
-    pins = {
-        entry.get("name") or f"{key}_{index + 1}": entry
-        for key in ("pin_loops", "ball_loops")
-        for index, entry in enumerate(content.get(key) or [])
-    }
+    if not entries:
+        return {}
     carrier = {joint.child: joint for joint in joints}
-    result = {}
-    for loop in loops:
-        if loop.name in hinges:
-            result[loop.name] = _hinge(loop, hinges[loop.name], carrier)
-        elif loop.name in pins:
-            result[loop.name] = _pin(loop, pins[loop.name])
-        elif hinges or pins:
-            # Otherwise the first reader's numbers would prove themselves.
-            raise ModelError(f"loop {loop.name!r} is not found by the second reading of the file")
-    return result
+    # Otherwise the first reader's numbers would prove themselves.
+    missing = [loop.name for loop in loops if loop.name not in entries]
+    if missing:
+        raise ModelError(f"loop {missing[0]!r} is not found by the second reading of the file")
+    return {loop.name: _listed(loop, entries[loop.name], carrier) for loop in loops}
 
 
-def _hinge(
+def _listed(
     loop: LoopDescription, entry: dict[str, Any], carrier: dict[str, JointDescription]
 ) -> LoopDescription:
-    """Return a hinge whose point and axis are stated in the root's frame at zero."""
-    point = np.array([float(word) for word in entry["point"]])
+    """Return a loop whose place is stated in each of its links, or in the root's frame at zero."""
     ends = []
-    for link in (entry["link_a"], entry["link_b"]):
-        turn, place = np.eye(3), np.zeros(3)
+    for side, key in (("link_a", "parent_xyz"), ("link_b", "child_xyz")):
+        point = np.array([float(word) for word in entry.get(key) or entry["point"]])
+        turn, place, link = np.eye(3), np.zeros(3), entry.get(side)
         while link in carrier:
             joint = carrier[link]
             place = joint.origin[:3, :3] @ place + joint.origin[:3, 3]
@@ -348,24 +333,8 @@ def _hinge(
         end = np.eye(4)
         end[:3, :3], end[:3, 3] = turn.T, turn.T @ (point - place)
         ends.append(end)
-    axis = _unit(entry)
-    return replace(
-        loop, predecessor_origin=ends[0], successor_origin=ends[1], axis=axis, axis_2=axis
-    )
-
-
-def _pin(loop: LoopDescription, entry: dict[str, Any]) -> LoopDescription:
-    """Return a pin or ball whose place is stated in each of its links."""
-    ends = [np.eye(4), np.eye(4)]
-    for end, key in zip(ends, ("parent_xyz", "child_xyz"), strict=True):
-        end[:3, 3] = [float(word) for word in entry[key]]
-    axis = _unit(entry) if loop.type == "revolute" else loop.axis
-    return replace(
-        loop, predecessor_origin=ends[0], successor_origin=ends[1], axis=axis, axis_2=axis
-    )
-
-
-def _unit(entry: dict[str, Any]) -> Array:
-    """Return the `(3,)` unit axis of an entry."""
-    axis = np.array([float(word) for word in entry["axis"]])
-    return axis / np.sqrt(axis @ axis)
+    axis = loop.axis
+    if loop.type == "revolute":
+        axis = np.array([float(word) for word in entry["axis"]])
+        axis = axis / np.sqrt(axis @ axis)
+    return replace(loop, predecessor_origin=ends[0], successor_origin=ends[1], axis=axis)

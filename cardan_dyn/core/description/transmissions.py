@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 from ...kit.errors import ModelError, choices
 from .description import JointDescription
@@ -19,7 +19,7 @@ _INERTIA, _RATIO = "rotor_inertia", "gear_ratio"
 
 
 def with_rotors(
-    robot: ElementTree.Element, joints: Sequence[JointDescription], where: str
+    robot: Element, joints: Sequence[JointDescription], where: str
 ) -> list[JointDescription]:
     """Return joints whose armatures have the rotors of transmissions in them.
 

@@ -12,13 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
 from .beside import ChangedType, file_beside, unread_files
 from .description import (
+    X_AXIS,
     CouplingDescription,
     Description,
     JointDescription,
@@ -45,7 +47,7 @@ from .elements import (
     only,
     placement,
 )
-from .left_out import dynamics_left_out, elements_left_out
+from .left_out import elements_left_out
 from .notations import agreed
 from .words import check_words
 
@@ -58,7 +60,7 @@ _UNLIMITED = {"lower": "-inf", "upper": "inf", "velocity": "inf", "effort": "inf
 """Attribute of `<limit>` to the word that says that there is no limit."""
 
 
-def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: bool) -> Description:
+def parse(robot: Element, where: str, path: Path | None, strict: bool) -> Description:
     """Check a URDF and the loops that belong to it.
 
     Args:
@@ -92,7 +94,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
 
         joints = with_rotors(robot, joints, where)
     loops, notation, open_types = agreed(robot, link_names, beside, where, strict)
-    left_out = dynamics_left_out([*joints, *loops], where) + elements_left_out(robot, where)
+    left_out = elements_left_out(robot, where)
     if beside is not None:
         left_out += beside.warnings
     elif path is not None:
@@ -166,7 +168,7 @@ def check_tree(links: list[str], joints: list[JointDescription], where: str) -> 
         )
 
 
-def check_inertia(mass: float, tensor: np.ndarray, at: str, strict: bool, massless: str) -> str:
+def check_inertia(mass: float, tensor: Array, at: str, strict: bool, massless: str) -> str:
     """Return why no body can have a mass and inertia; an empty text where one can.
 
     Args:
@@ -208,7 +210,7 @@ def check_inertia(mass: float, tensor: np.ndarray, at: str, strict: bool, massle
     return "; ".join(filter(None, (weightless, fault)))
 
 
-def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkDescription, str]:
+def _link(element: Element, where: str, strict: bool) -> tuple[LinkDescription, str]:
     name = element.get("name", "")
     at = f"{where}: link {name!r}"
     inertial = only(element, "inertial", at)
@@ -228,13 +230,13 @@ def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkD
     return LinkDescription(name, mass, frame[:3, 3], rotation @ tensor @ rotation.T), warning
 
 
-def tensor_of(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> np.ndarray:
+def tensor_of(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> Array:
     """Return the symmetric `(3, 3)` matrix of an inertia's moments and products [kg·m²]."""
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _joint(
-    element: ElementTree.Element,
+    element: Element,
     links: dict[str, None],
     changed_types: Mapping[str, ChangedType],
     where: str,
@@ -250,27 +252,26 @@ def _joint(
     changed = changed_types.get(name, ChangedType(kind))
     kind = changed.type
     adjustable = adjustable_type(element, kind, at)
-    axis = axis_2 = np.array([1.0, 0.0, 0.0])
-    if changed.axes:
-        axis, axis_2 = changed.axes
-    elif kind not in ("fixed", "floating") or adjustable:
-        axis, axis_2 = axes_of(element, adjustable or kind, at)
+    moving = adjustable or kind
+    axis, axis_2 = changed.axes or (X_AXIS, X_AXIS)
+    if not changed.axes and moving not in ("fixed", "floating"):
+        axis, axis_2 = axes_of(element, moving, at)
     return JointDescription(
-        name=name,
-        type=kind,
-        parent=link_of(element, "parent", links, at),
-        child=link_of(element, "child", links, at),
-        origin=placement(element, at),
-        axis=axis,
-        axis_2=axis_2,
+        name,
+        kind,
+        link_of(element, "parent", links, at),
+        link_of(element, "child", links, at),
+        placement(element, at),
+        axis,
+        axis_2,
         limits=_limits(element, kind, at),
         adjustable=adjustable,
         dynamics=dynamics_of(element, at),
-        armature=armature_of(element, adjustable or kind, at),
+        armature=armature_of(element, moving, at),
     )
 
 
-def _limits(element: ElementTree.Element, kind: str, at: str) -> Limits:
+def _limits(element: Element, kind: str, at: str) -> Limits:
     """Return the limits of a joint, which URDF takes as zero where `<limit>` does not state them.
 
     Without `<limit>` there are none. A `continuous` joint has no limits of position.
@@ -284,7 +285,7 @@ def _limits(element: ElementTree.Element, kind: str, at: str) -> Limits:
     return Limits(_limit(limit, "lower", at), _limit(limit, "upper", at), velocity, effort)
 
 
-def _limit(element: ElementTree.Element, name: str, at: str) -> float:
+def _limit(element: Element, name: str, at: str) -> float:
     """Return a limit of a joint; infinite where it says so."""
     text = element.get(name)
     if text == _UNLIMITED[name]:
@@ -292,7 +293,7 @@ def _limit(element: ElementTree.Element, name: str, at: str) -> float:
     return bound(text, -1.0 if name == "lower" else 1.0, "0", f"{at}: limit {name}")
 
 
-def _independent(robot: ElementTree.Element, where: str) -> tuple[str, ...]:
+def _independent(robot: Element, where: str) -> tuple[str, ...]:
     """Return names of the joints that are independent, in file order.
 
     URDF+ takes a joint for independent unless it says otherwise. In URDF joints say nothing, and
@@ -312,7 +313,7 @@ def _independent(robot: ElementTree.Element, where: str) -> tuple[str, ...]:
     return tuple(name for name in marks if said.get(name))
 
 
-def _motors(robot: ElementTree.Element) -> tuple[str, ...]:
+def _motors(robot: Element) -> tuple[str, ...]:
     """Return names of the joints that `<transmission>` and `<ros2_control>` drive, in file order.
 
     Joints of the latter that only states are read of have no motor.
@@ -325,9 +326,7 @@ def _motors(robot: ElementTree.Element) -> tuple[str, ...]:
     return tuple(dict.fromkeys(driven))
 
 
-def coupling(
-    element: ElementTree.Element, links: Collection[str], where: str
-) -> CouplingDescription:
+def coupling(element: Element, links: Collection[str], where: str) -> CouplingDescription:
     """Return the coupling of links that a `<coupling>` states.
 
     Raises:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement, fromstring
 
 from ...kit.errors import ModelError, choices
 from .description import Description
@@ -20,7 +20,7 @@ def visuals_of(description: Description) -> tuple[list[Visual], list[str]]:
     source = description.text
     if source is None:
         return [], []
-    root = ElementTree.fromstring(source.text)
+    root = fromstring(source.text)
     if root.tag == "mujoco":
         from .mjcf import visuals as mjcf
 
@@ -32,14 +32,14 @@ def visuals_of(description: Description) -> tuple[list[Visual], list[str]]:
     return _of_urdf(root, source.path)
 
 
-def _of_urdf(robot: ElementTree.Element, path: Path | None) -> tuple[list[Visual], list[str]]:
+def _of_urdf(robot: Element, path: Path | None) -> tuple[list[Visual], list[str]]:
     items = [
         (link.get("name", ""), visual)
         for link in robot.findall("link")
         for visual in link.findall("visual")
     ]
     # A material is known by its name wherever it stands; those of the robot come first.
-    materials: dict[str, ElementTree.Element] = {}
+    materials: dict[str, Element] = {}
     for element in (
         *robot.findall("material"),
         *(item for _, visual in items for item in visual.findall("material")),
@@ -56,8 +56,8 @@ def _of_urdf(robot: ElementTree.Element, path: Path | None) -> tuple[list[Visual
 
 def _urdf_visual(
     link: str,
-    element: ElementTree.Element,
-    materials: Mapping[str, ElementTree.Element],
+    element: Element,
+    materials: Mapping[str, Element],
     folder: Path | None,
 ) -> Visual:
     """Return a `<visual>` of a URDF."""
@@ -70,16 +70,14 @@ def _urdf_visual(
     from .sdf.visuals import shape_of  # Its text is looked for in the way of SDF.
 
     (stated,) = shapes
-    shape = ElementTree.Element(stated.tag)
+    shape = Element(stated.tag)
     for name, value in stated.attrib.items():
-        ElementTree.SubElement(shape, "uri" if name == "filename" else name).text = value
+        SubElement(shape, "uri" if name == "filename" else name).text = value
     color = _urdf_color(only(element, "material", "it"), materials)
     return shape_of(link, shape, placement(element, "it"), color, folder)
 
 
-def _urdf_color(
-    material: ElementTree.Element | None, materials: Mapping[str, ElementTree.Element]
-) -> Rgba | None:
+def _urdf_color(material: Element | None, materials: Mapping[str, Element]) -> Rgba | None:
     """Return the colour of a material, its own or that of its name."""
     if material is None:
         return None

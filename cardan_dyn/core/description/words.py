@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 from ...kit.errors import ModelError, choices
 
@@ -46,9 +46,7 @@ def _known(notation: str) -> dict[str, _MayHave]:
     return result
 
 
-def check_words(
-    root: ElementTree.Element, notation: str, where: str, strict: bool = True
-) -> list[str]:
+def check_words(root: Element, notation: str, where: str, strict: bool = True) -> list[str]:
     """Refuse unknown elements and attributes; return warnings about those that are passed over.
 
     In URDF, where other programs have words of their own, only those are refused that resemble a

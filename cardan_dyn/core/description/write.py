@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,10 +26,18 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.checks import file_path, writing
-from ...kit.errors import ArgumentError, ModelError, choices
+from ...kit.errors import ArgumentError, ModelError
 from .coupled_forces import forces_words
 from .description import TWO_AXES
-from .elements import DYNAMICS_WORDS, LOOP_TYPES, ROTATION_TOLERANCE, TREE_TYPES, rotation, words
+from .elements import (
+    DYNAMICS_WORDS,
+    LOOP_TYPES,
+    ROTATION_TOLERANCE,
+    TREE_TYPES,
+    one_of,
+    rotation,
+    words,
+)
 from .mimics import check_mimics, default_name
 
 if TYPE_CHECKING:
@@ -99,12 +106,8 @@ def to_urdf(description: Description) -> str:
     """
     urdf = with_links_at_joints(description)
     known = {joint.name for joint in urdf.joints}
-    unknown = set(urdf.independent_joints) - known
-    if unknown:
-        raise ModelError(
-            f"{urdf.name}: independent joints that are no joints of the tree: {choices(unknown)}; "
-            f"joints: {choices(known, min(unknown))}"
-        )
+    for name in urdf.independent_joints:
+        one_of(name, known, "independent joint", urdf.name, "is no joint of the tree")
     robot = Element("robot", name=urdf.name)
     for link in urdf.links:
         _write_link(robot, link)
@@ -203,7 +206,7 @@ def _write_link(robot: Element, link: LinkDescription) -> None:
 
 def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> Element:
     at = f"joint {joint.name!r}"
-    _check_type(joint.type, TREE_TYPES, at)
+    one_of(joint.type, TREE_TYPES, "type", at, "cannot be written")
     element = SubElement(robot, "joint", name=joint.name, type=joint.type)
     if independent:
         element.set("independent", "true")
@@ -255,7 +258,7 @@ def _write_limits(joint: Element, limits: Limits, kind: str, at: str) -> None:
 
 def _write_loop(robot: Element, loop: LoopDescription) -> None:
     at = f"loop {loop.name!r}"
-    _check_type(loop.type, LOOP_TYPES, at)
+    one_of(loop.type, LOOP_TYPES, "type", at, "cannot be written")
     element = SubElement(robot, "loop", name=loop.name, type=loop.type)
     for side, link, origin in (
         ("predecessor", loop.predecessor, loop.predecessor_origin),
@@ -272,11 +275,6 @@ def write_coupling(robot: Element, coupling: CouplingDescription) -> None:
     SubElement(element, "predecessor", link=coupling.predecessor)
     SubElement(element, "successor", link=coupling.successor)
     SubElement(element, "ratio", value=words([coupling.ratio]))
-
-
-def _check_type(kind: str, types: Iterable[str], at: str) -> None:
-    if kind not in types:
-        raise ModelError(f"{at}: type {kind!r} cannot be written; types: {choices(types, kind)}")
 
 
 def _write_axes(element: Element, joint: JointOrLoop) -> None:

@@ -356,11 +356,11 @@ class Mechanism(Frozen):
         if not any(key):
             return base
         if key not in base._variants:
-            description = base.description.with_moving(moving) if moving else base.description
-            if lengths := moving - base.adjustable.keys():
+            description = base.description
+            if moving:
                 from ..description.origins import with_origins  # Few scenes change any.
 
-                description = with_origins(description, lengths)
+                description = with_origins(description, moving)
             # Of those that threads make at the same time, all of them get the first.
             base._variants.setdefault(key, Mechanism(description, base, key[0]))
         return base._variants[key]

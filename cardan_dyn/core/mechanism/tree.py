@@ -151,8 +151,9 @@ class TreeBuilder:
         if joint.armature[-1]:
             raise ModelError(
                 f"{self._description.name}: joint {joint.name!r}: its ball has an armature, so "
-                "that no scene can name its angles; give the inertia to a link, or write three "
-                "hinges"
+                "that no scene can name its angles; where its parent stands still, the link that "
+                f"it carries moves the same with {joint.armature[-1]:g} kg·m² more in each of ixx, "
+                "iyy and izz and none; else write three hinges"
             )
 
     def _add_frames(self, body: _Body, index: int) -> None:

@@ -57,8 +57,8 @@ def test_equal_contents_are_equal() -> None:
     assert cd.load("four_bar").description != cd.load("slider_crank").description
 
 
-LINK, JOINT = example().links[1], example().joints[0]
-LOOP = example().loops[0]
+LINK, (JOINT, CROSS) = example().links[1], example().joints
+LOOP = replace(example().loops[0], type="universal", axis_2=Y)
 ELSEWHERE = np.eye(4)
 ELSEWHERE[0, 3] = 5e-324
 CHANGES = [
@@ -72,10 +72,10 @@ CHANGES = [
         },
     ),
     (
-        JOINT,
+        CROSS,
         {
-            **{"name": "h", "type": "continuous", "parent": "hand", "child": "hand"},
-            **{"origin": ELSEWHERE, "axis": Y, "axis_2": X, "child_placement": ELSEWHERE},
+            **{"name": "h", "type": "continuous", "parent": "ground", "child": "arm"},
+            **{"origin": ELSEWHERE, "axis": Y, "axis_2": Z, "child_placement": ELSEWHERE},
             "limits": Limits(upper=3.0),
             **{"adjustable": "revolute", "dynamics": Dynamics(1.0, 2.0, 3.0, 0.5)},
             "armature": (0.1,),
@@ -86,7 +86,7 @@ CHANGES = [
         {
             **{"name": "h", "type": "fixed", "predecessor": "arm", "successor": "arm"},
             **{"predecessor_origin": ELSEWHERE, "successor_origin": ELSEWHERE},
-            **{"axis": Y, "axis_2": Y},
+            **{"axis": Y, "axis_2": Z},
             **{"dynamics": Dynamics(rest=0.5), "armature": (0.1,)},
         },
     ),
@@ -185,7 +185,7 @@ def test_representations_are_short() -> None:
     assert repr(example()) == ("<Description 'example': 3 links, 2 joints, 1 loop, 1 coupling>")
     assert repr(LINK) == "<LinkDescription 'arm': 2.5 kg>"
     assert repr(JOINT) == "<JointDescription 'hinge': revolute, 'ground' -> 'arm'>"
-    assert repr(LOOP) == "<LoopDescription 'ball': spherical, 'hand' -> 'ground'>"
+    assert repr(LOOP) == "<LoopDescription 'ball': universal, 'hand' -> 'ground'>"
 
 
 def test_arrays_cannot_be_written_to() -> None:

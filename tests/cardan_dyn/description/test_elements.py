@@ -114,7 +114,7 @@ def test_loop() -> None:
         '<loop name="l" type="cylindrical"><predecessor link="b"><origin xyz="1 2 3"/>'
         '</predecessor><successor link="a" xyz="4 5 6"/><axis xyz="0 0 2"/></loop>'
     )
-    loop = elements.loop(element, ("predecessor", "successor"), LINKS, "x")
+    loop = elements.loop(element, LINKS, "x")
     assert (loop.name, loop.type) == ("l", "cylindrical")
     assert (loop.predecessor, loop.successor) == ("b", "a")
     assert loop.predecessor_origin[:3, 3].tolist() == [1.0, 2.0, 3.0]
@@ -122,7 +122,7 @@ def test_loop() -> None:
     assert loop.axis.tolist() == loop.axis_2.tolist() == [0.0, 0.0, 1.0]
     element.set("type", "floating")
     with pytest.raises(cd.ModelError, match="x: loop 'l': type 'floating' is not supported"):
-        elements.loop(element, ("predecessor", "successor"), LINKS, "x")
+        elements.loop(element, LINKS, "x")
 
 
 def with_axis(axis: str) -> str:

@@ -158,8 +158,6 @@ YAML = {
     "entry is a name": ("closed_loop: [tip, ground]", "entry 1 is not a list of names"),
     "loops are a name": ("closed_loop: tip", "is not a list of pairs"),
     "nothing": ("closed_loop:", "is not a list of pairs"),
-    "same frame": ("closed_loop: [[tip, tip]]", "both frames are on the link 'tip'"),
-    "same link": ("closed_loop: [[tip, c]]", "both frames are on the link 'tip'"),
     "three frames": ("closed_loop: [[tip, one, ground]]", "is not a pair of frames"),
     "nested": ("a: " + "[" * 3000 + "]" * 3000, "cannot be read as YAML"),
     "nested mappings": ("a: " + "{b: " * 3000 + "}" * 3000, "cannot be read as YAML"),

@@ -111,7 +111,7 @@ def test_misspelled_keys_are_refused(tmp_path: Path) -> None:
         read(path)
     digits = "1" * 400
     huge = written(tmp_path, CLOSURES.replace("[2, 2.5, 0]", f"[{digits}, 2.5, 0]"))
-    with pytest.raises(cd.ModelError, match="is not 3 finite number"):
+    with pytest.raises(cd.ModelError, match=r"1111 2\.5 0' is beyond"):
         read(huge)
 
 
@@ -120,14 +120,13 @@ def test_misspelled_keys_are_refused(tmp_path: Path) -> None:
     [
         (CLOSURES, "link_b: rocker", "link_b: roker", "loop_1: link 'roker' .* 'rocker'"),
         (CLOSURES, "link_b: rocker, ", "", "loop_1: link '' does not exist in the URDF"),
-        (CLOSURES, "link_b: rocker", "link_b: coupler", "loop_1: both links are 'coupler'"),
-        (CLOSURES, "[2, 2.5, 0]", "[2, 2.5]", r"loop_1: point \[2, 2.5\] is not 3 finite"),
+        (CLOSURES, "[2, 2.5, 0]", "[2, 2.5]", r"loop_1: point: '2 2.5' is not 3 finite"),
         (CLOSURES, "[2, 2.5, 0]", "[2, x, 0]", "is not 3 finite"),
         (CLOSURES, "[2, 2.5, 0]", "[2, .nan, 0]", "is not 3 finite"),
         (CLOSURES, "[2, 2.5, 0]", "[2, true, 0]", "is not 3 finite"),
         (CLOSURES, "[2, 2.5, 0]", "[2, [1], 0]", "is not 3 finite"),
-        (CLOSURES, "[2, 2.5, 0]", "7", "loop_1: point 7 is not 3 finite"),
-        (CLOSURES, "point: [2, 2.5, 0], ", "", "loop_1: point None is not 3 finite"),
+        (CLOSURES, "[2, 2.5, 0]", "7", "loop_1: point: '7' is not 3 finite"),
+        (CLOSURES, "point: [2, 2.5, 0], ", "", "loop_1: point: '' is not 3 finite"),
         (CLOSURES, "[0, 0, 3]", "[0, 0, 0]", r"loop_1: the axis .* has no direction"),
         (CLOSURES, "[a]", "[z]", "joint 'z' does not exist; joints: a, b, d; load"),
         (CLOSURES, "[a]", "a", "independent is not a list of names"),

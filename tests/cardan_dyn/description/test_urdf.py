@@ -109,9 +109,9 @@ def test_a_universal_joint_of_the_tree_is_two_hinges() -> None:
 
 
 def test_what_is_left_out_is_said() -> None:
-    description = read(more='<dynamics damping="2" friction="0"/>')
-    assert description.warnings == (
-        "here: damping or friction of 1 joint (j) left out: "
+    robot = ROBOT.format(**PLAIN | {"more": '<dynamics damping="2" friction="0"/>'})
+    assert cd.load(robot).warnings == (
+        "URDF text: damping or friction of 1 joint (j) left out: "
         "Scene(..., elements=described_elements(mechanism)) takes it in",
     )
     assert read(more="<dynamics/>").warnings == ()

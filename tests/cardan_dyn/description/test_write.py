@@ -295,7 +295,7 @@ BAD = {
     ),
     "drive": (
         plain((joint("j", "fixed", "a", "b"),), independent_joints=("k",)),
-        "independent joints that are no joints of the tree: k; joints: j",
+        "independent joint 'k' is no joint of the tree; joints: j",
     ),
 }
 

@@ -27,7 +27,7 @@ from ..description import (
     LoopDescription,
 )
 from ..elements import GREATEST, SINGLE_TYPES, armature, at_point, check_size, unique
-from ..left_out import dynamics_left_out, forces_left_out, line_of
+from ..left_out import forces_left_out, line_of
 from .compiled import Compiled, compiled, placement
 
 _TYPES = ("floating", "spherical", "prismatic", "revolute")
@@ -63,11 +63,8 @@ def parse(text: str, name: str | None, where: str, path: Path | None, strict: bo
     reader = _Reader(found, where)
     joints = tuple(reader.joints)
     loops, couplings = reader.equalities()
-    left_out = dynamics_left_out(joints, where)
-    left_out += forces_left_out(reader.forces(), where, strict)
-    slack = line_of(where, "limits", reader.limited_tendons(), "they couple nothing", "tendon")
-    if slack:
-        left_out.append(slack)
+    left_out = forces_left_out(reader.forces(), where, strict)
+    left_out += line_of(where, "limits", reader.limited_tendons(), "they couple nothing", "tendon")
     return Description(
         name=name or "mechanism",
         links=tuple(reader.links),
@@ -148,9 +145,8 @@ class _Reader:
         names, links, before = found.joints[body], found.links[body], item.parentid[0]
         origin = placement(item.pos, item.quat)
         parent, at_body = found.links[before][-1], self._placements[before]
-        axis = np.array([1.0, 0.0, 0.0])
         for count, (name, link) in enumerate(zip(names, links, strict=True)):
-            joint = JointDescription(name, "fixed", parent, link, origin, axis, axis)
+            joint = JointDescription(name, "fixed", parent, link, origin)
             if item.jntnum[0]:
                 joint = self._joint(joint, item.jntadr[0] + count)
                 self._of_index.append(joint)
@@ -191,7 +187,7 @@ class _Reader:
             limits = Limits(*(item.range - initial).tolist())
         elif kind == "revolute":
             kind = "continuous"
-        return replace(joint, type=kind, axis=axis, axis_2=axis, limits=limits, dynamics=dynamics)
+        return replace(joint, type=kind, axis=axis, limits=limits, dynamics=dynamics)
 
     def _armature(self, index: int, kind: str, at: str) -> tuple[float, ...]:
         """Return the armature of a joint, with that of the actuators on it.
@@ -222,21 +218,24 @@ class _Reader:
         """
         model, item = self._model, self._model.joint(index)
         is_single = _TYPES[item.type[0]] in SINGLE_TYPES
-        taken, left = {"damping": 0.0, "frictionloss": 0.0, "stiffness": 0.0}, list[str]()
-        for what, first, more in (
-            ("damping", item.damping[0], model.dof_dampingpoly[item.dofadr[0]]),
-            ("stiffness", item.stiffness[0], model.jnt_stiffnesspoly[index]),
-            ("frictionloss", item.frictionloss[0], ()),
+        taken, left = [0.0, 0.0, 0.0], list[str]()
+        for place, (what, *more) in enumerate(
+            (
+                ("damping", *model.dof_dampingpoly[item.dofadr[0]]),
+                ("frictionloss",),
+                ("stiffness", *model.jnt_stiffnesspoly[index]),
+            )
         ):
-            if is_single and first >= 0.0 and not np.any(more):
-                taken[what] = float(first)
+            first = float(getattr(item, what)[0])
+            if is_single and first >= 0.0 and not any(more):
+                taken[place] = first
             else:
                 left += _stated(what, first, *more)
         if is_single:
             left += _stated("springyield", model.jnt_springyield[index])
-        rest = float(item.qpos_spring[0] - item.qpos0[0]) if taken["stiffness"] else 0.0
-        along = Dynamics(taken["damping"], taken["frictionloss"], taken["stiffness"], rest)
-        return along, left
+        rest = float(item.qpos_spring[0] - item.qpos0[0]) if taken[-1] else 0.0
+        damping, friction, stiffness = taken
+        return Dynamics(damping, friction, stiffness, rest), left
 
     def limited_tendons(self) -> list[str]:
         """Return the names of tendons that stop where they are too long or too short."""
@@ -367,9 +366,8 @@ class _Reader:
             across = inverse(self._placements[ends[1]]) @ self._placements[ends[0]]
             origins[1][:3, :3] = across[:3, :3] @ origins[0][:3, :3]
         first, second = (self._found.links[body][-1] for body in ends)
-        axis = np.array([1.0, 0.0, 0.0])
         joint = "spherical" if kind == "connect" else "fixed"
-        return LoopDescription(name, joint, first, second, origins[0], origins[1], axis, axis)
+        return LoopDescription(name, joint, first, second, origins[0], origins[1])
 
     def _coupling(self, index: int, name: str, at: str) -> CouplingDescription:
         """Return the coupling that an equality of two joints is.

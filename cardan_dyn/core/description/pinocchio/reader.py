@@ -29,7 +29,7 @@ from ..description import (
     elementary,
     kinds_of,
 )
-from ..elements import GREATEST, armature, check_size, unique, words
+from ..elements import GREATEST, armature, check_size, one_of, unique, words
 from ..left_out import dynamics_left_out, limits_left_out
 from ..mimics import default_name
 from ..urdf import check_inertia
@@ -117,10 +117,7 @@ class _Reader:
         names = [joint.name for joint in self._joints]
         motors = (actuated,) if isinstance(actuated, str) else tuple(actuated or ())
         for name in motors:
-            if name not in names:
-                raise ModelError(
-                    f"{self._where}: no joint {name!r}; joints: {choices(names, name)}"
-                )
+            one_of(name, names, "joint", self._where)
         return Description(
             name=model.name or "mechanism",
             links=(*links, *self._between),
@@ -284,12 +281,9 @@ class _Reader:
             )
         _refuse_desired(constraint, at)
         first, before, second, behind = _ends(constraint)
-        if first == second:
-            raise ModelError(f"{at}: both of its ends are on {self._links[first][0]!r}")
-        axis = np.array([1.0, 0.0, 0.0])
         (one, own), (other, place) = (self._links[joint] for joint in (first, second))
         ends = one, other, inverse(own) @ before, inverse(place) @ behind
-        return LoopDescription(self._unique(name), _LOOPS[rows], *ends, axis, axis)
+        return LoopDescription(self._unique(name), _LOOPS[rows], *ends)
 
 
 def _ends(constraint: Any) -> tuple[int, Array, int, Array]:
@@ -334,10 +328,7 @@ def _parts(joint: Any, where: str, name: str) -> Iterator[_Part]:
         for axis in np.eye(3):
             yield "prismatic", (axis,), np.eye(4), 0.0
         return
-    if kind not in _TYPES:
-        raise ModelError(
-            f"{where}: joint {name!r}: a {kind} is not supported; joints: {choices(_TYPES, kind)}"
-        )
+    one_of(kind, _TYPES, "joint", f"{where}: joint {name!r}", "is not supported")
     twists, found = _twists(joint), _TYPES[kind]
     if found == "screw":
         along, axis = twists[:3, 0], twists[3:, 0]

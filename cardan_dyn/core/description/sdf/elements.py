@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -30,18 +30,18 @@ _SIZES = {
 """What states the size of a shape, and how many numbers that has."""
 
 
-def inside(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element:
+def inside(element: Element, tag: str, at: str) -> Element:
     """Return the child element of a kind; an empty one where there is none."""
     child = only(element, tag, at)
-    return ElementTree.Element(tag) if child is None else child
+    return Element(tag) if child is None else child
 
 
-def text(element: ElementTree.Element, tag: str, default: str, at: str) -> str:
+def text(element: Element, tag: str, default: str, at: str) -> str:
     """Return the text of a child element without blanks around it; empty means the default."""
     return (inside(element, tag, at).text or "").strip(" \t\r\n") or default
 
 
-def number(element: ElementTree.Element, tag: str, default: str, at: str) -> float:
+def number(element: Element, tag: str, default: str, at: str) -> float:
     """Return the number that a child element states."""
     return float(numbers(text(element, tag, default, at), 1, default, f"{at}: {tag}")[0])
 
@@ -58,14 +58,14 @@ def flag(value: str, at: str) -> bool:
     return _WORDS[word]
 
 
-def acting(element: ElementTree.Element, tags: Iterable[str], name: str, where: str) -> list[str]:
+def acting(element: Element, tags: Iterable[str], name: str, where: str) -> list[str]:
     """Return what child elements state but zeros, behind the name of what they belong to."""
     values = {tag: number(element, tag, "0", f"{where}: {name}") for tag in tags}
     stated = ", ".join(f"{tag} {value:g}" for tag, value in values.items() if value)
     return [f"{name}: {stated}"] if stated else []
 
 
-def limit(element: ElementTree.Element, tag: str, sign: float, at: str) -> float:
+def limit(element: Element, tag: str, sign: float, at: str) -> float:
     """Return a limit of an axis; `sign` times infinite where there is none.
 
     Args:
@@ -82,13 +82,13 @@ def limit(element: ElementTree.Element, tag: str, sign: float, at: str) -> float
     return sign * math.inf if sign * found >= _UNLIMITED or is_negative_rate else found
 
 
-def base_of(element: ElementTree.Element) -> str:
+def base_of(element: Element) -> str:
     """Return the frame that an element's `<pose>` names; empty where it names none."""
     stated = element.find("pose")
     return "" if stated is None else stated.get("relative_to", "")
 
 
-def pose(element: ElementTree.Element, at: str) -> Array:
+def pose(element: Element, at: str) -> Array:
     """Return the `(4, 4)` placement that an element's `<pose>` states; identity without one.
 
     Raises:
@@ -115,7 +115,7 @@ def pose(element: ElementTree.Element, at: str) -> Array:
     return result
 
 
-def sizes_of(shape: ElementTree.Element, at: str, mark: str = ": ") -> Iterator[tuple[str, Array]]:
+def sizes_of(shape: Element, at: str, mark: str = ": ") -> Iterator[tuple[str, Array]]:
     """Yield what states the size of a shape, and its numbers; `mark` is between names of both."""
     for tag, count in _SIZES[shape.tag]:
         yield tag, numbers(text(shape, tag, "", at), count, "", f"{at}{mark}{tag}")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from typing import NamedTuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from ....kit.arrays import Array, inverse
-from ....kit.errors import ModelError, choices
-from ..elements import check_unique, name_of
+from ....kit.errors import ModelError
+from ..elements import check_unique, name_of, one_of
 from .elements import base_of, pose, text
 
 MODEL = "__model__"
@@ -42,7 +42,7 @@ class NamedFrames:
         further: names of the `<frame>`s in file order.
     """
 
-    def __init__(self, model: ElementTree.Element, where: str, has_names: bool = True) -> None:
+    def __init__(self, model: Element, where: str, has_names: bool = True) -> None:
         """Read the frames.
 
         Args:
@@ -63,11 +63,7 @@ class NamedFrames:
         self.links = dict.fromkeys(names["link"])
         self.further = tuple(names["frame"])
         self.canonical = model.get("canonical_link") or names["link"][0]
-        if self.canonical not in self.links:
-            raise ModelError(
-                f"{where}: canonical_link {self.canonical!r} does not exist; links: "
-                f"{choices(self.links, self.canonical)}"
-            )
+        one_of(self.canonical, self.links, "canonical link", where)
         self._frames: dict[str, _Frame] = {}
         self._joints: dict[str, _Frame] = {}
         for tag in names:
@@ -90,7 +86,7 @@ class NamedFrames:
         if not names["link"]:
             raise ModelError(f"{self._where}: the model has no <link>")
 
-    def _add(self, element: ElementTree.Element, at: str) -> None:
+    def _add(self, element: Element, at: str) -> None:
         name, carrier = element.get("name", ""), element.get("attached_to") or MODEL
         default = carrier
         if element.tag == "link":
@@ -100,7 +96,7 @@ class NamedFrames:
         among = self._joints if element.tag == "joint" else self._frames
         among[name] = _Frame(base_of(element) or default, pose(element, at), carrier)
 
-    def _model_placement(self, model: ElementTree.Element) -> Array:
+    def _model_placement(self, model: Element) -> Array:
         """Return the `(4, 4)` placement of the model in the world."""
         at, base = f"{self._where}: model", base_of(model)
         if base not in ("", WORLD):
@@ -176,6 +172,5 @@ class NamedFrames:
 
     def _known(self, name: str, at: str) -> _Frame:
         if name not in self._frames:
-            known = [*self._frames, MODEL, WORLD]
-            raise ModelError(f"{at}: no frame {name!r}; frames: {choices(known, name)}")
+            one_of(name, [*self._frames, MODEL, WORLD], "frame", at)
         return self._frames[name]

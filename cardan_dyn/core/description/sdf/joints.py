@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Collection
+from dataclasses import dataclass, replace
 from typing import NamedTuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from ....kit.arrays import Array, inverse
-from ....kit.errors import ModelError, choices
-from ..description import Dynamics, JointDescription, Limits, LoopDescription
-from ..elements import DIRECTION_TOLERANCE, DYNAMICS_WORDS, numbers, only, unit
+from ....kit.errors import ModelError
+from ..description import X_AXIS, Dynamics, JointDescription, Limits, LoopDescription
+from ..elements import DIRECTION_TOLERANCE, DYNAMICS_WORDS, numbers, one_of, only, unit
 from .elements import acting, flag, inside, limit, number, text
 from .frames import MODEL, WORLD, NamedFrames
 
@@ -27,6 +28,7 @@ TYPES = {
 }
 """SDF's word for a joint to its type. Of the axes of `universal` and `revolute2`, the first moves
 with the parent and the second with the child, as in Gazebo."""
+_AXES = ("axis", "axis2")
 GEARBOX = "gearbox"
 """A joint that couples two angles and connects nothing."""
 _REFUSED = {
@@ -36,31 +38,19 @@ _REFUSED = {
 """Types that are not read, and what to do."""
 
 
-class Edge(NamedTuple):
+@dataclass(frozen=True, eq=False, repr=False)
+class Edge(JointDescription):
     """A joint between two links, before it is known whether it closes a loop.
 
+    Its origin is that in the world, where the model stands initially; its parent may be `WORLD`.
+
     Attributes:
-        name, type: of the joint.
-        parent, child: names of the links, of the first `WORLD` as well.
-        placement: `(4, 4)` initial placement of the joint's frame in the world [m].
-        axis, axis_2: `(3,)` in that frame.
-        limits: of its coordinate.
         is_cut: whether the author wants a loop to be cut here.
-        dynamics: what rubs and springs along its coordinates.
-        forces: what its axes and a motor of the physics engine ODE exert besides.
+        forces: what its axes and a motor of the physics engine ODE exert besides its dynamics.
         warnings: what else it says and is left out.
     """
 
-    name: str
-    type: str
-    parent: str
-    child: str
-    placement: Array
-    axis: Array
-    axis_2: Array
-    limits: Limits
-    is_cut: bool
-    dynamics: Dynamics = Dynamics()
+    is_cut: bool = False
     forces: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -72,24 +62,23 @@ class Edge(NamedTuple):
             is_reversed: whether a `fixed` joint carries its parent.
         """
         parent, child = (self.child, self.parent) if is_reversed else (self.parent, self.child)
-        origin = inverse(links[parent]) @ self.placement
-        placement, axes = inverse(self.placement) @ links[child], (self.axis, self.axis_2)
+        origin, placement = (
+            inverse(links[parent]) @ self.origin,
+            inverse(self.origin) @ links[child],
+        )
+        placed = (parent, child, origin, self.axis, self.axis_2, placement)
         return JointDescription(
-            *(self.name, self.type, parent, child, origin, *axes, placement, self.limits),
-            dynamics=self.dynamics,
+            self.name, self.type, *placed, limits=self.limits, dynamics=self.dynamics
         )
 
     def loop(self, links: dict[str, Array]) -> LoopDescription:
         """Return the edge as a loop, which the initial placements close."""
-        first, second = (
-            inverse(links[name]) @ self.placement for name in (self.parent, self.child)
-        )
-        links_and_ends = self.parent, self.child, first, second
-        axes = self.axis, self.axis_2
-        return LoopDescription(self.name, self.type, *links_and_ends, *axes, self.dynamics)
+        first, second = (inverse(links[name]) @ self.origin for name in (self.parent, self.child))
+        named = (self.name, self.type, self.parent, self.child)
+        return LoopDescription(*named, first, second, self.axis, self.axis_2, self.dynamics)
 
 
-def edge(element: ElementTree.Element, frames: NamedFrames, where: str) -> Edge:
+def edge(element: Element, frames: NamedFrames, where: str) -> Edge:
     """Return a joint.
 
     What rubs and springs along it is an element's where all its coordinates have the same, and
@@ -102,20 +91,16 @@ def edge(element: ElementTree.Element, frames: NamedFrames, where: str) -> Edge:
     at = f"{where}: joint {name!r}"
     kind = TYPES[kind_of(element, at)]
     parent, child = ends(element, frames, at)
-    placement = frames.joint_placement(name, at)
-    axis = axis_2 = np.array([1.0, 0.0, 0.0])
-    has_axes, limits = kind not in ("fixed", "spherical"), Limits()
-    if has_axes:
-        axis = axis_2 = axis_of(element, "axis", placement, frames, at)
-    if kind == "universal":
-        axis_2 = axis_of(element, "axis2", placement, frames, at)
-        cosine = float(axis @ axis_2)
-        if abs(cosine) > DIRECTION_TOLERANCE:
-            raise ModelError(
-                f"{at}: its axes are at an angle whose cosine is {cosine:g}, not at right angles; "
-                "write two revolute joints with a link of mass 0 between them"
-            )
-    elif has_axes:
+    origin = frames.joint_placement(name, at)
+    count = {"fixed": 0, "spherical": 0, "universal": 2}.get(kind, 1)
+    axes = [axis_of(element, tag, origin, frames, at) for tag in _AXES[:count]] or [X_AXIS]
+    cosine, limits = float(axes[0] @ axes[-1]), Limits()
+    if count == 2 and abs(cosine) > DIRECTION_TOLERANCE:
+        raise ModelError(
+            f"{at}: its axes are at an angle whose cosine is {cosine:g}, not at right angles; "
+            "write two revolute joints with a link of mass 0 between them"
+        )
+    if count == 1:
         # A universal joint has limits per axis, which a description has no place for.
         bounds = inside(inside(element, "axis", at), "limit", at)
         limits = Limits(
@@ -123,14 +108,14 @@ def edge(element: ElementTree.Element, frames: NamedFrames, where: str) -> Edge:
             *(limit(bounds, tag, 1.0, at) for tag in ("upper", "velocity", "effort")),
         )
     if kind == "continuous":
-        limits = Limits(velocity=limits.velocity, effort=limits.effort)
-    if kind == "revolute" and not np.isfinite([limits.lower, limits.upper]).any():
+        limits = replace(limits, lower=-np.inf, upper=np.inf)
+    if kind == "revolute" and np.isinf([limits.lower, limits.upper]).all():
         kind = "continuous"
     warnings, forces, along = list[str](), list[str](), list[Dynamics]()
-    for tag in ("axis", "axis2"):
+    for tag in _AXES:
         part, own = inside(element, tag, at), f"{at}: {tag}"
-        initial = number(part, "initial_position", "0", own) if has_axes else 0.0
-        if initial:
+        initial = number(part, "initial_position", "0", own)
+        if initial and count:
             warnings.append(
                 f"{own}: initial_position {initial:g} left out: the coordinate is zero in the "
                 "poses of the links"
@@ -140,20 +125,27 @@ def edge(element: ElementTree.Element, frames: NamedFrames, where: str) -> Edge:
         stated = Dynamics(*(number(rubbing, word, "0", own) for word in DYNAMICS_WORDS))
         # Where nothing springs, its rest means nothing.
         along.append(stated if stated.stiffness else stated._replace(rest=0.0))
-    dynamics, differ = along[0], kind == "universal" and along[0] != along[1]
-    if not has_axes or differ or min(dynamics[:3]) < 0.0:
+    dynamics = along[0]
+    if not count or min(dynamics[:3]) < 0.0 or along[0] != along[count - 1]:
         dynamics = Dynamics()
     if dynamics.acts:
         forces = []
     for ode in element.iterfind("physics/ode"):
         forces += acting(ode, ("max_force",), f"joint {name!r}: physics", where)
-    cut = element.find("physics/simbody/must_be_loop_joint")
-    is_cut = cut is not None and flag(cut.text or "", f"{at}: must_be_loop_joint")
-    placed = (parent, child, placement, axis, axis_2)
-    return Edge(name, kind, *placed, limits, is_cut, dynamics, tuple(forces), tuple(warnings))
+    return Edge(
+        *(name, kind, parent, child, origin, axes[0], axes[-1]),
+        limits=limits,
+        dynamics=dynamics,
+        is_cut=flag(
+            element.findtext("physics/simbody/must_be_loop_joint") or "false",
+            f"{at}: must_be_loop_joint",
+        ),
+        forces=tuple(forces),
+        warnings=tuple(warnings),
+    )
 
 
-def kind_of(element: ElementTree.Element, at: str) -> str:
+def kind_of(element: Element, at: str) -> str:
     """Return SDF's word for the type of a joint.
 
     Raises:
@@ -162,15 +154,10 @@ def kind_of(element: ElementTree.Element, at: str) -> str:
     kind = (element.get("type") or "").lower()
     if kind in _REFUSED:
         raise ModelError(f"{at}: type {kind!r} is not supported: {_REFUSED[kind]}")
-    if kind != GEARBOX and kind not in TYPES:
-        raise ModelError(
-            f"{at}: type {element.get('type')!r} is not supported; types: "
-            f"{choices([*TYPES, GEARBOX], kind)}"
-        )
-    return kind
+    return one_of(kind, [*TYPES, GEARBOX], "type", at, "is not supported")
 
 
-def ends(element: ElementTree.Element, frames: NamedFrames, at: str) -> tuple[str, str]:
+def ends(element: Element, frames: NamedFrames, at: str) -> tuple[str, str]:
     """Return the links that a joint connects, of its parent `WORLD` as well."""
     links = []
     for tag in ("parent", "child"):
@@ -181,14 +168,10 @@ def ends(element: ElementTree.Element, frames: NamedFrames, at: str) -> tuple[st
     parent, child = links
     if child == WORLD:
         raise ModelError(f"{at}: the world cannot be the child; swap parent and child")
-    if parent == child:
-        raise ModelError(f"{at}: parent and child are the same link {child!r}")
     return parent, child
 
 
-def axis_of(
-    element: ElementTree.Element, tag: str, placement: Array, frames: NamedFrames, at: str
-) -> Array:
+def axis_of(element: Element, tag: str, placement: Array, frames: NamedFrames, at: str) -> Array:
     """Return the `(3,)` unit axis of a joint in its frame, whose `(4, 4)` placement is given."""
     axis = only(element, tag, at)
     at = f"{at}: {tag}"

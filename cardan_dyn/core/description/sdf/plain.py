@@ -14,7 +14,7 @@ from copy import deepcopy
 from xml.etree.ElementTree import Element, SubElement, fromstring
 
 from ....kit.errors import ModelError, choices
-from ..elements import only
+from ..elements import one_of, only
 from .elements import flag, number, text
 from .frames import MODEL, WORLD
 
@@ -161,9 +161,7 @@ def _chosen(root: Element, where: str, strict: bool, name: str | None) -> tuple[
     chosen = [model for model in models if not is_static(model, where)] or models
     if name is not None:
         chosen = [model for model in models if model.get("name") == name]
-        if not chosen:
-            known = [model.get("name", "") for model in models]
-            raise ModelError(f"{where}: no model {name!r}; models: {choices(known, name)}")
+        one_of(name, [model.get("name", "") for model in models], "model", where)
     if len(chosen) != 1:
         listed = choices([model.get("name", "") for model in chosen])
         raise ModelError(

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from typing import Any
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from ..elements import (
     only,
     unique,
 )
-from ..left_out import dynamics_left_out, forces_left_out
+from ..left_out import forces_left_out
 from ..mimics import check_mimics, default_name
 from ..urdf import MOMENTS, check_inertia, tensor_of
 from ..words import check_words
@@ -48,9 +48,7 @@ _IGNORED = ("plugin", "gripper")
 """Elements of a model that may make forces of their own."""
 
 
-def parse(
-    root: ElementTree.Element, where: str, strict: bool, name: str | None = None
-) -> Description:
+def parse(root: Element, where: str, strict: bool, name: str | None = None) -> Description:
     """Read a model of an SDF text.
 
     Args:
@@ -73,7 +71,7 @@ def parse(
     return replace(description, **_gravity(root, model, where))
 
 
-def _gravity(root: ElementTree.Element, model: ElementTree.Element, where: str) -> dict[str, Any]:
+def _gravity(root: Element, model: Element, where: str) -> dict[str, Any]:
     """Return what the world of a model says of gravity; nothing where it stands in no world."""
     for world in root.findall("world"):
         if any(item.get("name") == model.get("name") for item in world.findall("model")):
@@ -86,7 +84,7 @@ def _gravity(root: ElementTree.Element, model: ElementTree.Element, where: str) 
     return {}
 
 
-def _check_contents(model: ElementTree.Element, where: str) -> None:
+def _check_contents(model: Element, where: str) -> None:
     """Refuse what would add links to the model, or places that older versions left open."""
     for tag, advice in (
         ("include", "write the included model's links and joints into the file"),
@@ -102,9 +100,7 @@ def _check_contents(model: ElementTree.Element, where: str) -> None:
 
 
 class _Reader:
-    def __init__(
-        self, model: ElementTree.Element, frames: NamedFrames, where: str, strict: bool
-    ) -> None:
+    def __init__(self, model: Element, frames: NamedFrames, where: str, strict: bool) -> None:
         frames.check()
         self._model, self._frames, self._where, self._strict = model, frames, where, strict
         self._forces: list[str] = []
@@ -149,8 +145,7 @@ class _Reader:
             for item in model.findall(tag)
         ]
         loops = tuple(item.loop(self._placements) for item in tree.loops)
-        left_out = dynamics_left_out([*joints, *loops], where)
-        left_out += forces_left_out(self._forces, where, self._strict)
+        left_out = forces_left_out(self._forces, where, self._strict)
         further = {}
         for name in frames.further:
             link, place = frames.link(name, where), frames.placement(name, where)
@@ -167,7 +162,7 @@ class _Reader:
             frames=frozen(further),
         )
 
-    def _link(self, element: ElementTree.Element) -> LinkDescription:
+    def _link(self, element: Element) -> LinkDescription:
         name = element.get("name", "")
         at = f"{self._where}: link {name!r}"
         self._note_forces(element, name, at)
@@ -197,7 +192,7 @@ class _Reader:
         turn = frame[:3, :3]
         return LinkDescription(name, mass, frame[:3, 3], turn @ tensor @ turn.T)
 
-    def _note_forces(self, link: ElementTree.Element, name: str, at: str) -> None:
+    def _note_forces(self, link: Element, name: str, at: str) -> None:
         """Note weight that is switched off, wind, decay and added mass of a link."""
         owner = f"link {name!r}"
         for tag, default in (("gravity", "true"), ("enable_wind", "false"), ("kinematic", "false")):
@@ -209,7 +204,7 @@ class _Reader:
         for item, tags in ((decay, ("linear", "angular")), (added, [part.tag for part in added])):
             self._forces += acting(item, tags, f"{owner}: {item.tag}", self._where)
 
-    def _note_flag(self, element: ElementTree.Element, tag: str, default: str, name: str) -> None:
+    def _note_flag(self, element: Element, tag: str, default: str, name: str) -> None:
         word = text(element, tag, default, f"{self._where}: {name}")
         if flag(word, f"{self._where}: {name}: {tag}") != (default == "true"):
             self._forces.append(f"{name}: {tag} {word}")
@@ -225,9 +220,8 @@ class _Reader:
 
     def _to_world(self, link: str, kind: str) -> JointDescription:
         """Return a joint of a type between the world and a link, which the file does not have."""
-        axis = np.array([1.0, 0.0, 0.0])
-        placed = (WORLD, link, self._placements[link], axis, axis)
-        return JointDescription(self._unique(f"{link}_{kind}"), kind, *placed)
+        name = self._unique(f"{link}_{kind}")
+        return JointDescription(name, kind, WORLD, link, self._placements[link])
 
     def _unique(self, name: str) -> str:
         found = unique(name, self._taken)
@@ -250,7 +244,7 @@ class _Reader:
                     check_mimics(found, self._where)
         return found
 
-    def _gearbox(self, element: ElementTree.Element, name: str, at: str) -> CouplingDescription:
+    def _gearbox(self, element: Element, name: str, at: str) -> CouplingDescription:
         """Return a gearbox, which makes two angles, of parent and child on a third body, a ratio.
 
         It couples links, whose motions a description adds up from their nearest common ancestor. So
@@ -275,9 +269,7 @@ class _Reader:
             )
         return CouplingDescription(name, first.child, second.child, _ratio(ratio, at))
 
-    def _mimic(
-        self, name: str, tag: str, mimic: ElementTree.Element, at: str
-    ) -> CouplingDescription:
+    def _mimic(self, name: str, tag: str, mimic: Element, at: str) -> CouplingDescription:
         if mimic.get("axis", "axis") != "axis" or tag != "axis":
             raise ModelError(f"{at}: only joints with one axis can be coupled")
         leader = mimic.get("joint") or ""

@@ -63,21 +63,17 @@ def _of_shape(collision: Element, at: str) -> tuple[float, Array]:
     if kind == "box":
         x, y, z = sizes
         return x * y * z, np.array([y * y + z * z, x * x + z * z, x * x + y * y]) / 12.0
-    if kind == "ellipsoid":
-        a, b, c = sizes
+    if kind in ("ellipsoid", "sphere"):
+        a, b, c = sizes * (3 // len(sizes))
         squares = np.array([b * b + c * c, a * a + c * c, a * a + b * b])
         return 4.0 / 3.0 * math.pi * a * b * c, squares / 5.0
-    radius = sizes[0]
-    ball = 4.0 / 3.0 * math.pi * radius**3
-    if kind == "sphere":
-        return ball, np.full(3, 0.4 * radius**2)
-    length = sizes[1]
-    volume = math.pi * radius**2 * length
-    across, along = volume * (radius**2 / 4.0 + length**2 / 12.0), volume * radius**2 / 2.0
-    if kind == "capsule":
-        # Two half balls, whose centres of mass are 3/8 of the radius beyond the ends of the rod.
-        beyond = length / 2.0 + 3.0 / 8.0 * radius
-        across += ball * (0.4 * radius**2 - (3.0 / 8.0 * radius) ** 2 + beyond**2)
-        along += ball * 0.4 * radius**2
-        volume += ball
-    return volume, np.array([across, across, along]) / volume
+    radius, length = sizes
+    rod, ball = math.pi * radius**2 * length, 4.0 / 3.0 * math.pi * radius**3
+    across, along = rod * (radius**2 / 4.0 + length**2 / 12.0), rod * radius**2 / 2.0
+    if kind == "cylinder":
+        return rod, np.array([across, across, along]) / rod
+    # Two half balls, whose centres of mass are 3/8 of the radius beyond the ends of the rod.
+    middle = 3.0 / 8.0 * radius
+    across += ball * (0.4 * radius**2 - middle**2 + (length / 2.0 + middle) ** 2)
+    along += ball * 0.4 * radius**2
+    return rod + ball, np.array([across, across, along]) / (rod + ball)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from .plain import FIRST_WITH_FRAMES, plain, version_of
 
 
 def visuals(
-    root: ElementTree.Element, path: Path | None, name: str | None = None
+    root: Element, path: Path | None, name: str | None = None
 ) -> tuple[list[Visual], list[str]]:
     """Return the visuals of a model that was read before, and messages about others.
 
@@ -39,9 +39,7 @@ def visuals(
     return read_each(names, lambda index: _visual(*items[index], frames, folder))
 
 
-def _visual(
-    link: str, element: ElementTree.Element, frames: NamedFrames, folder: Path | None
-) -> Visual | None:
+def _visual(link: str, element: Element, frames: NamedFrames, folder: Path | None) -> Visual | None:
     shapes = [*inside(element, "geometry", "it")]
     kinds = [item.tag for item in shapes]
     if kinds == ["empty"]:
@@ -58,7 +56,7 @@ def _visual(
 
 
 def shape_of(
-    link: str, shape: ElementTree.Element, place: Array, color: Rgba | None, folder: Path | None
+    link: str, shape: Element, place: Array, color: Rgba | None, folder: Path | None
 ) -> Visual:
     """Return the visual of a shape, whose numbers and words stand as text in its children."""
     kind = shape.tag
@@ -74,7 +72,7 @@ def shape_of(
     return Visual(link, kind, positive(size, f"{kind}: its size"), place, color)
 
 
-def _color(element: ElementTree.Element) -> Rgba | None:
+def _color(element: Element) -> Rgba | None:
     """Return the colour that light makes visible, or else the one in the shade."""
     material = inside(element, "material", "it")
     transparency = number(element, "transparency", "0", "it")

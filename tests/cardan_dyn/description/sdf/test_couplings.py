@@ -82,7 +82,7 @@ def test_gearboxes(sense: int, changes: dict[str, str], ratio: float) -> None:
         ({"parent": "lid"}, "only two joints on the same body .* not 'b' on 'ground' and 'b'"),
         ({"ratio": "<gearbox_ratio>0</gearbox_ratio>"}, "a ratio of zero"),
         ({"base": ""}, "<gearbox_reference_body> is missing"),
-        ({"base": "x"}, "gearbox_reference_body: no frame 'x'"),
+        ({"base": "x"}, "gearbox_reference_body: frame 'x' does not exist"),
     ],
 )
 def test_gearboxes_that_are_refused(changes: dict[str, str], message: str) -> None:

@@ -115,14 +115,16 @@ def test_names_that_lead_nowhere() -> None:
         found.placement("b", "x")
     with pytest.raises(cd.ModelError, match="x: the frame 'f' is attached to itself"):
         found.link("f", "x")
-    with pytest.raises(cd.ModelError, match="x: no frame 'c'; frames: __model__, a, b, f, g"):
+    with pytest.raises(
+        cd.ModelError, match="x: frame 'c' does not exist; frames: __model__, a, b, f, g"
+    ):
         found.placement("c", "x")
-    with pytest.raises(cd.ModelError, match="x: no frame 'c'"):
+    with pytest.raises(cd.ModelError, match="x: frame 'c' does not"):
         found.link("c", "x")
     with pytest.raises(cd.ModelError, match="at: 'b': the pose of 'b' is stated relative to"):
         found.check()
     text = model(LINK).replace('name="m"', 'name="m" canonical_link="c"')
-    with pytest.raises(cd.ModelError, match="canonical_link 'c' does not exist; links: a"):
+    with pytest.raises(cd.ModelError, match="canonical link 'c' does not exist; links: a"):
         frames(text)
     still = model(LINK + '<frame name="f" attached_to="world"/>')
     with pytest.raises(cd.ModelError, match="placement_frame: 'f' does not move with the model"):

@@ -82,14 +82,14 @@ S = np.array([2.0, -1.0, 2.0])
 )
 def test_axes(xyz: str, version: tuple[int, int], more: str, world: np.ndarray) -> None:
     joint, _ = read("prismatic", f"<axis>{xyz}{more}</axis>", version)
-    np.testing.assert_allclose(joint.placement[:3, :3] @ joint.axis, world / 3.0, atol=1e-15)
+    np.testing.assert_allclose(joint.origin[:3, :3] @ joint.axis, world / 3.0, atol=1e-15)
 
 
 def test_both_axes_of_a_universal_joint() -> None:
     xyz = '<xyz expressed_in="a">{}</xyz>'
     axes = f"<axis>{xyz.format('1 0 0')}</axis><axis2>{xyz.format('0 3 4')}</axis2>"
     joint, _ = read("universal", axes)
-    turn = joint.placement[:3, :3]
+    turn = joint.origin[:3, :3]
     np.testing.assert_allclose(turn @ joint.axis, A[:, 0], atol=1e-15)
     np.testing.assert_allclose(turn @ joint.axis_2, A @ [0.0, 0.6, 0.8], atol=1e-15)
 
@@ -98,7 +98,7 @@ def test_frames_may_be_ends() -> None:
     joint, _ = read("ball", "<parent>world</parent><child>f</child><pose>0 0 1 0 0 0</pose>")
     assert (joint.parent, joint.child) == ("world", "b")
     origin = TURN @ [0.0, 1.0, 0.0] + B[:, 2]
-    np.testing.assert_allclose(joint.placement[:3, 3], origin, atol=1e-15)
+    np.testing.assert_allclose(joint.origin[:3, 3], origin, atol=1e-15)
 
 
 def test_limits_and_what_else_an_axis_says() -> None:
@@ -134,11 +134,10 @@ def test_a_cut() -> None:
         (
             "revolute",
             '<axis><xyz expressed_in="g">0 0 1</xyz></axis>',
-            "expressed_in: no frame 'g'",
+            "expressed_in: frame 'g' does",
         ),
         ("ball", "<parent>a</parent><child>world</child>", "the world cannot be the child"),
-        ("ball", "<parent>b</parent><child>f</child>", "the same link 'b'"),
-        ("ball", "<parent>a</parent><child>c</child>", "child: no frame 'c'"),
+        ("ball", "<parent>a</parent><child>c</child>", "child: frame 'c' does"),
         ("ball", "<parent></parent><child>a</child>", "<parent> is missing or empty"),
         (
             "revolute",
@@ -168,11 +167,9 @@ def test_tree_joints_and_loops() -> None:
     for is_reversed, ends in ((False, "ab"), (True, "ba")):
         tree = joint.joint(links, is_reversed)
         assert (tree.parent, tree.child) == tuple(ends)
-        np.testing.assert_allclose(links[ends[0]] @ tree.origin, joint.placement, atol=1e-15)
-        np.testing.assert_allclose(
-            joint.placement @ tree.child_placement, links[ends[1]], atol=1e-15
-        )
+        np.testing.assert_allclose(links[ends[0]] @ tree.origin, joint.origin, atol=1e-15)
+        np.testing.assert_allclose(joint.origin @ tree.child_placement, links[ends[1]], atol=1e-15)
     loop = joint.loop(links)
     assert (loop.predecessor, loop.successor) == ("a", "b")
     for link, origin in (("a", loop.predecessor_origin), ("b", loop.successor_origin)):
-        np.testing.assert_allclose(links[link] @ origin, joint.placement, atol=1e-15)
+        np.testing.assert_allclose(links[link] @ origin, joint.origin, atol=1e-15)

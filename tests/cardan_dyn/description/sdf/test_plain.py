@@ -116,7 +116,7 @@ def test_models_of_a_world_by_name() -> None:
     )
     with pytest.raises(cd.ModelError, match=r'2 models \(left, right\).*model="NAME"'):
         cd.load(world)
-    with pytest.raises(cd.ModelError, match=r"no model 'rigth'.*right"):
+    with pytest.raises(cd.ModelError, match=r"model 'rigth' does not exist.*right"):
         cd.load(world, model="rigth")
     with pytest.raises(cd.ArgumentError, match="only SDF"):
         cd.load("four_bar", model="left")

@@ -158,7 +158,7 @@ def test_worlds() -> None:
             model(
                 f'{LINK}{STAND}<frame name="f"><pose relative_to="n::f">0 0 0 0 0 0</pose></frame>'
             ),
-            "'f': no frame 'n::f'",
+            "'f': frame 'n::f' does not exist",
         ),
         (
             model(

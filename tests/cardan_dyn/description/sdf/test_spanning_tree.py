@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.core.description.description import Limits
 from cardan_dyn.core.description.sdf.joints import Edge, spanning_tree
 
 
@@ -13,8 +12,7 @@ def edge(words: str) -> Edge:
     """Return the joint of `name parent child`, fixed with an f before, cut with a c."""
     name, parent, child = words.split()
     kind = "fixed" if name.startswith("f") else "revolute"
-    x = np.array([1.0, 0.0, 0.0])
-    return Edge(name, kind, parent, child, np.eye(4), x, x, Limits(), name.startswith("c"))
+    return Edge(name, kind, parent, child, np.eye(4), is_cut=name.startswith("c"))
 
 
 def spanned(*words: str, links: str = "ABC", canonical: str = "A") -> tuple[str, str, str]:
