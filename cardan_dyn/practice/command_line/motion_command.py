@@ -25,15 +25,13 @@ from ...motion.simulation.trajectory import Trajectory
 from ...scene.scene import Scene
 from ...scene.usual_motion import UsualMotion, default_scene, slides, usual_motion
 from .group import Interrupted
-from .quantities import by_coordinate, efforts, shown, value_of
+from .quantities import by_coordinate, efforts, ends_of, shown, value_of
 from .quantities import near as near_of
 from .quantities import positions as positions_of
 from .tables import say, show
 
 if TYPE_CHECKING:
     from ...core.results.sweep import Sweep
-
-"""One revolution per minute [rad/s]."""
 
 
 class Outputs(NamedTuple):
@@ -256,7 +254,7 @@ def _between(motion: UsualMotion, ends: tuple[str, str], samples: int) -> tuple[
             f"{' '.join(f'--held {name}=…' for name in drives[1:3])}"
         )
     of_drive = motion.scene.mechanism, drives[0], "position"
-    low, high = (value_of(*of_drive, text, "--range") for text in ends)
+    low, high = ends_of(*of_drive[:2], ends)
     said = f"{drives[0]} from {shown(*of_drive, low, 6)} to {shown(*of_drive, high, 6)}"
     return np.linspace(low, high, samples), said
 

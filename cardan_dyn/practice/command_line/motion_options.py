@@ -29,22 +29,11 @@ def _outputs(command: Any) -> Any:
 @click.command(cls=Command)
 @options.source
 @options.drive
-@click.option(
-    "--range",
-    "ends",
-    type=options.Quantities(),
-    nargs=2,
-    metavar="FROM TO",
-    help="Positions of a single drive [°, slides: m]; its whole range without.",
-)
+@options.between
 @click.option(
     "--samples", type=click.IntRange(2), default=361, show_default=True, help="Count of positions."
 )
-@click.option(
-    "--speed",
-    type=options.Quantities(),
-    help="Of the drive [1/min, slides: m/s]; quasi-static without.",
-)
+@options.rate
 @click.option(
     "--acceleration", type=options.Quantities(), help="Of the drive [rad/s², slides: m/s²]."
 )

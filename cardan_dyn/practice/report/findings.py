@@ -419,9 +419,13 @@ def governing(reports: Sequence[Findings]) -> list[tuple[int, Extreme]]:
 
 
 def compared(reports: Sequence[Findings]) -> list[list[Extreme | None]]:
-    """Return what acts, a row each with its extreme in every case; None where it does not act."""
+    """Return what acts and statics determines, a row each with its extreme in every case.
+
+    None stands where it does not act.
+    """
     told = dict.fromkeys((item.owner, item.quantity) for report in reports for item in report.told)
-    return [[report._acting.get(key) for report in reports] for key in told]
+    rows = [[report._acting.get(key) for report in reports] for key in told]
+    return [row for row in rows if all(item is None or item.determined for item in row)]
 
 
 def table_of(reports: Sequence[Findings], labels: Sequence[str] = ()) -> Table:
@@ -450,7 +454,10 @@ def table_of(reports: Sequence[Findings], labels: Sequence[str] = ()) -> Table:
             unit = mechanism.drivable[name].unit
             told.append((f"{end}_at_{name}", values, unit, f"position of {name} there"))
     return Table(
-        [(name, Variable(("row",), np.array(values), *of)) for name, values, *of in told],
+        [
+            (name, Variable(("row",), np.array(values), unit, text))
+            for name, values, unit, text in told
+        ],
         {"row": len(rows)},
         attributes={
             "mechanism": mechanism.name,

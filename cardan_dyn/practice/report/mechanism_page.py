@@ -62,8 +62,8 @@ def write(reports: Sequence[Findings], labels: Sequence[str], path: Path, with_s
     require_matplotlib()
     first, mechanism = reports[0], reports[0].mechanism
     found, headline = first.description, governing(reports)
-    # One scene is a megabyte: it is that of the case that comes first in the headline.
-    shown = (headline[0][0] if headline else 0) if with_scene else -1
+    # Figures are those of cases that govern something, and one scene alone, which is a megabyte.
+    drawn = [case for case, _ in headline] or [0]
     source = mechanism.description.text
     file = "" if source is None or source.path is None else source.path.name
     block = [
@@ -88,7 +88,7 @@ def write(reports: Sequence[Findings], labels: Sequence[str], path: Path, with_s
         if labels
         else None,
         cases=[
-            _case_parts(report, label, index == shown)
+            _case_parts(report, label, index in drawn, with_scene and index == drawn[0])
             for index, (report, label) in enumerate(zip(reports, labels or [""], strict=True))
         ],
         mobility=_mobility(found),
@@ -105,21 +105,21 @@ def write(reports: Sequence[Findings], labels: Sequence[str], path: Path, with_s
     )
 
 
-def _case_parts(report: Findings, label: str, with_scene: bool) -> dict[str, Any]:
-    """Return what the page shows of a case."""
+def _case_parts(report: Findings, label: str, is_drawn: bool, with_scene: bool) -> dict[str, Any]:
+    """Return what the page shows of a case, with figures or without."""
     sweep = report.sweep
     parts = {
         "label": label,
         "case": _case(report),
         "said": report.said,
-        "sweep": sweep is not None,
+        "drawn": sweep is not None and is_drawn,
         "proof": _proof(report, label),
         "proof_remarks": _proof_remarks(report),
     }
     if sweep is None:
         return parts
     shown = {"case_grids": list(_acting(sweep))} | _extremes(report)
-    return parts | shown | _figures(report, sweep, with_scene)
+    return parts | shown | (_figures(report, sweep, with_scene) if is_drawn else {})
 
 
 def _side_by_side(
@@ -129,17 +129,24 @@ def _side_by_side(
     rows = []
     for row in compared(reports):
         first = next(item for item in row if item is not None)
-        star = " *" * any(item is not None and not item.determined for item in row)
-        sizes = (item.ends[0][0] if item else 0.0 for item in row)
-        rows.append((first.owner, first.quantity + star, first.unit, *sizes))
-    header = ("of", "quantity", "unit", *labels)
+        sizes = [item.ends[0][0] if item else 0.0 for item in row]
+        rows.append((first.owner, first.quantity, first.unit, sizes))
+    parts = [slice(start, start + _MOST_COLUMNS) for start in range(0, len(labels), _MOST_COLUMNS)]
     drawn = [report.drawn[0] for report in reports]
     courses = [sweep for sweep in drawn if sweep is not None and len(sweep.coordinates) == 1]
     is_drawn = told and len(courses) == len(reports)
     return {
-        "grid": Grid("load_cases", "Greatest in size, by load case", header, rows, unit=2),
+        "grids": [
+            Grid(
+                f"load_cases_{index}",
+                "Greatest in size, by load case",
+                ("of", "quantity", "unit", *labels[part]),
+                [(*names, *sizes[part]) for *names, sizes in rows],
+                unit=2,
+            )
+            for index, part in enumerate(parts, 1)
+        ],
         "figure": page.image(_courses(courses, labels, told)) if is_drawn else "",
-        "opened": any(row[1].endswith("*") for row in rows),
     }
 
 
@@ -388,7 +395,8 @@ def _extreme(report: Findings, item: Extreme) -> tuple[Any, ...]:
     mark = " *" * (not item.determined) + " ?" * (not item.settled)
     (most, first), (other, last) = item.ends
     what = (item.owner, f"{item.quantity}{mark}", item.unit)
-    return *what, most, report.at(first, word=""), other, report.at(last, word="")
+    ends = (other, report.at(last, word="")) if len(last) else ("", "")
+    return *what, most, report.at(first, word=""), *ends
 
 
 def _places(report: Findings) -> Grid | None:

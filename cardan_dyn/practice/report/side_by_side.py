@@ -109,7 +109,7 @@ class Reports(Result, Frozen):
             place = f" at {self.reports[case].at(first[:2])}" if len(first) else ""
             shown = f"{amount(most, item.unit)} in {item.owner}{place}"
             lines.append(f"{item.quantity.ljust(width)}  {shown}: {self.labels[case]}")
-        owner, stars = "", ""
+        owner = ""
         counts = "".join(f"{index:>10}" for index in range(1, len(self.labels) + 1))
         lines.append(f"  {'greatest in size'.ljust(16)}{counts}")
         for row in compared(self.reports):
@@ -118,13 +118,10 @@ class Reports(Result, Frozen):
                 owner = one.owner
                 lines.append(owner)
             numbers, unit = column([item.ends[0][0] if item else 0.0 for item in row], one.unit)
-            star = "*" if any(item and not item.determined for item in row) else " "
-            stars += star.strip()
             shown = "".join(f"{text:>10}" for text in numbers)
-            lines.append(f" {star}{one.quantity.ljust(16)}{shown} {unit}")
-        if stars:
-            lines.append("* not determined by statics")
-        return "\n".join(lines)
+            lines.append(f"  {one.quantity.ljust(16)}{shown} {unit}")
+        opened = (report.left_open for report in self.reports)
+        return "\n".join([*lines, *dict.fromkeys(filter(None, opened))])
 
 
 def _told_apart(cases: Sequence[Sequence[str]]) -> tuple[str, ...]:
