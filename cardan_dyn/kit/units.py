@@ -147,6 +147,11 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
 """Dimension to its units, the one that files are written in first."""
 
 
+def is_of_usa(unit: Unit) -> bool:
+    """Return whether a unit is one of the customary ones of the USA."""
+    return re.match("in|ft|lb|[mk]?psi", unit.suffix) is not None
+
+
 def si(dimension: str) -> str:
     """Return the unit of a dimension's Python attributes."""
     of_one = (unit for unit in DIMENSIONS[dimension] if unit.multiplier == unit.divisor == 1.0)

@@ -63,7 +63,7 @@ _SI: dict[str, Measure] = {
     "length": Measure("mm", 1e3, 1),
     "angle": Measure("°", 180.0 / math.pi, 3),
     "torque": Measure("N·m", 1.0),
-    "speed": Measure("min⁻¹", 30.0 / math.pi),
+    "speed": Measure("1/min", 30.0 / math.pi),
     "angular_acceleration": Measure("rad/s²", 1.0),
     "mass": Measure("kg", 1.0),
     "inertia": Measure("kg·m²", 1.0),

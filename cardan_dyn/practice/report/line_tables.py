@@ -394,11 +394,7 @@ def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> J
         bound = "≥" if row.limit.bound == "least" else "≤"
         limit = f"{bound} {wording.given_quantity(row.limit.value, dimension)}"
     source = wording.sentence(row.source) if row.limit or row.status == STATED else ""
-    remarks = [
-        f"{wording.sentence(item.what)} {wording.quantity(item.value, BY_UNIT[item.unit])}"
-        for item in row.inverses
-    ]
-    remarks += [wording.sentence(row.note)] if row.note else []
+    remarks = _told(row, wording)
     remarks += [f"! {wording.sentence(text)}" for text in row.broken if text not in left_out]
     return Judged(
         row.where or wording("whole line"),
@@ -414,6 +410,15 @@ def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> J
         wording.language if source != row.source else "en",
         remarks,
     )
+
+
+def _told(row: VerdictRow, wording: Wording) -> list[str]:
+    """Return what would meet the limit of a row, and what it notes."""
+    needed = [
+        f"{wording.sentence(item.what)} {wording.quantity(item.value, BY_UNIT[item.unit])}"
+        for item in row.inverses
+    ]
+    return [*needed, wording.sentence(row.note)] if row.note else needed
 
 
 def reserve(row: VerdictRow, wording: Wording) -> str:
@@ -443,7 +448,10 @@ def verdict_groups(verdict: Verdict, wording: Wording) -> list[Group]:
         for row in rows:
             if row.value is None or row.status == OPEN:
                 place = ", ".join(filter(None, [row.where, wording.sentence(row.quantity)]))
-                listed[row.status].append((place, wording.sentence(row.note)))
+                told = (
+                    [wording.sentence(row.note)] if row.value is not None else _told(row, wording)
+                )
+                listed[row.status].append((place, "; ".join(told)))
         found.append(
             Group(
                 wording(RULES[rule].title),
