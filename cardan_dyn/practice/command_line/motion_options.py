@@ -10,13 +10,13 @@ import click
 from . import options
 from .group import Command
 
-_PICTURES = (".png", ".svg", ".pdf")
-
 
 def _outputs(command: Any) -> Any:
     """Add the options of what is written."""
     for decorator in (
-        options.written("--plot", "plot", "Draw the joints: .png, .svg or .pdf.", *_PICTURES),
+        options.written(
+            "--plot", "plot", "Draw the joints: .png, .svg or .pdf.", ".png", ".svg", ".pdf"
+        ),
         options.written("--parquet", "parquet", "Write a Parquet file.", ".parquet"),
         options.written("--json", "json", "Write JSON; - prints it.", ".json", dash=True),
         options.written("--csv", "csv", "Write a CSV file; - prints it.", ".csv", dash=True),

@@ -36,8 +36,6 @@ _DRAWN = 361
 """Positions at least at which figures show a range."""
 _DOUBLINGS = 7
 """How often positions at which orders are told are doubled, at most: to 8192 in a turn."""
-_WIDTH = 10
-"""Width of a column of numbers in a text."""
 GOOD, POOR = 1e-12, 1e-9
 """Residuals: below the first, nothing but rounding; above the second, close to what is refused."""
 
@@ -303,7 +301,7 @@ class Findings(Result, Frozen):
             mark = f"{' ' if item.settled else '?'}{' ' if item.determined else '*'}"
             (most, first), (other, last) = item.ends
             (shown, opposite), unit = column([most, other], item.unit)
-            between = f"{shown:>{_WIDTH}} {unit}"
+            between = f"{shown:>10} {unit}"
             if len(first):
                 between += f" at {self.at(first[:2])}; {opposite} at {self.at(last[:2])}"
             lines.append(f"{mark}{item.quantity.ljust(width)} {between}")

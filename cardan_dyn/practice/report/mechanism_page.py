@@ -39,8 +39,6 @@ _MOST_DRAWN = 6
 """Joints of one figure: its lines and diagrams can still be told apart."""
 _MOST_COLUMNS = 8
 """Numbers that stand beside each other in a row of a table on paper."""
-_FRAMES = 181
-"""Positions of the moving scene."""
 _COURSES = {
     "axial": "Axial force",
     "shear": "Radial force",
@@ -351,6 +349,8 @@ def _extremes(report: Findings) -> dict[str, Any]:
     if not report.acts:
         return {}
     acting = report.told
+    # What joints can be sized by comes first.
+    acting = sorted(acting, key=lambda item: not item.determined)
     wrenches = [item for item in acting if item.quantity in _OF_WRENCHES]
     others = [item for item in acting if item.quantity not in _OF_WRENCHES]
     zero: dict[str, list[str]] = {}
@@ -458,7 +458,7 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
     found: dict[str, Any] = {"courses": [], "polars": [], "no_orders": report.no_orders}
     drawn, told = report.drawn
     if with_scene and report.drives:
-        shown = view(sweep, title=report.title, frames=_FRAMES)
+        shown = view(sweep, title=report.title, frames=page.FRAMES)
         found["scene"] = shown.embedded()
     if drawn is None or not (report.acts and report.drives):
         return found

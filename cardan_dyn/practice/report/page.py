@@ -21,6 +21,8 @@ from ...kit.errors import MissingExtraError
 
 _BREAKS = re.compile(r"(?<=_)(?=.)|(?<=[a-z][.:])(?=[A-Za-z])|(?<=[a-z])(?=[A-Z][a-z])")
 """Between the words of a name."""
+FRAMES = 181
+"""Positions of a moving scene."""
 EPOCH = "SOURCE_DATE_EPOCH"
 """Environment variable [s since 1970] that builds set to be reproducible."""
 
