@@ -25,8 +25,6 @@ _PLACED = {
     *("tube", "spline", "centring", "bearings"),
 }
 """Fields of shafts that have tables of their own."""
-_STRESSES = {"shear_limit"}
-"""Fields of the dimension of moduli that are told as stresses."""
 
 
 class Listing(NamedTuple):
@@ -118,7 +116,8 @@ def _cell(value: Any, name: str, dimension: str, wording: Wording) -> str:
 
 
 def _dimension(name: str, dimension: str) -> str:
-    return "stress" if name in _STRESSES else dimension
+    # The only field of the dimension of moduli that is a stress.
+    return "stress" if name == "shear_limit" else dimension
 
 
 def _label(name: str) -> str:
@@ -314,7 +313,7 @@ def phasing_text(phasing: Phasing[DriveLine] | None, wording: Wording) -> str:
         wording.with_unit(wording.fixed(angle, "angle"), "angle")
         for angle in (phasing.given_value, phasing.value)
     )
-    if phasing.value > phasing.given_value - _EQUAL:
+    if now == best or phasing.value > phasing.given_value:
         return wording("The forks stand as well as they can: the residual angle is {now}.", now=now)
     proof = wording("the global optimum" if phasing.proven else "the best that was found")
     return wording(
@@ -324,10 +323,6 @@ def phasing_text(phasing: Phasing[DriveLine] | None, wording: Wording) -> str:
         proof=proof,
         method=wording.sentence(phasing.method),
     )
-
-
-_EQUAL = np.radians(1e-3)
-"""Residual angles that differ by less are the same [rad]."""
 
 
 def phasing_listing(phasing: Phasing[DriveLine], wording: Wording) -> Listing:

@@ -23,7 +23,7 @@ from ...figures.style import (
     require_matplotlib,
     sheet,
 )
-from ...figures.wrenches import along
+from ...figures.wrenches import QUANTITIES, along
 from ...kit.errors import ArgumentError, CardanError
 from ...kit.quantities import amount, number
 from ...scene.mechanism_report import MechanismReport
@@ -46,7 +46,6 @@ _COURSES = {
     "bending": "Bending moment",
 }
 """Quantities that are drawn over the drive, and how captions call them."""
-_OF_WRENCHES = ("force", "axial", "shear", "moment", "torsion", "bending")
 
 
 def write(reports: Sequence[Findings], labels: Sequence[str], path: Path, with_scene: bool) -> Path:
@@ -185,7 +184,7 @@ def _summary(reports: Sequence[Findings]) -> str:
     told = [item for one in reports for item in one.told]
     if not told:
         return f"{text} Nothing acts: there is no load, weight, inertia or element in this case."
-    if not any(item.quantity in _OF_WRENCHES for item in told):
+    if not any(item.quantity in QUANTITIES for item in told):
         # As where a coupling passes on all that acts, or the outputs leave wrenches out.
         is_known = all(item.determined for one in reports for item in one.extremes)
         text += " Joints carry nothing." if is_known else " What joints carry is not known."
@@ -351,8 +350,8 @@ def _extremes(report: Findings) -> dict[str, Any]:
     acting = report.told
     # What joints can be sized by comes first.
     acting = sorted(acting, key=lambda item: not item.determined)
-    wrenches = [item for item in acting if item.quantity in _OF_WRENCHES]
-    others = [item for item in acting if item.quantity not in _OF_WRENCHES]
+    wrenches = [item for item in acting if item.quantity in QUANTITIES]
+    others = [item for item in acting if item.quantity not in QUANTITIES]
     zero: dict[str, list[str]] = {}
     for item in report.extremes:
         if not item.acts and item.determined:
@@ -464,7 +463,7 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
         return found
     acting: dict[str, set[str]] = {}
     for item in report.extremes:
-        if item.acts and item.quantity in _OF_WRENCHES:
+        if item.acts and item.quantity in QUANTITIES:
             acting.setdefault(item.owner, set()).add(item.quantity)
     joints = [name for name in bearings(sweep) if name in acting] or list(acting)
     for quantity, text in _COURSES.items():
