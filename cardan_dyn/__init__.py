@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from .motion.simulation.trajectory import Trajectory
     from .practice import drive_lines, studies
     from .practice.report.reporting import Report
+    from .practice.report.side_by_side import Reports
     from .practice.studies.study import study
     from .practice.viewer.viewing import View, view
     from .scene.assembling import assemble, write
@@ -128,6 +129,7 @@ _MODULES = {
     "PointTask": ".scene.tasks",
     "PoseTask": ".scene.tasks",
     "Report": ".practice.report.reporting",
+    "Reports": ".practice.report.side_by_side",
     "Response": ".core.response.response",
     "RodForce": ".core.results.rods",
     "Scene": ".scene.scene",
@@ -207,6 +209,7 @@ __all__ = [
     "ReducedTree",
     "Regressor",
     "Report",
+    "Reports",
     "Response",
     "RodForce",
     "Scene",

@@ -50,7 +50,7 @@ class Unit(NamedTuple):
 
 
 _TURN_PER_MINUTE = 2.0 * math.pi / 60.0
-_INCH, _FOOT, _POUND, _POUND_FORCE = 0.0254, 0.3048, 0.45359237, 4.4482216152605
+INCH, FOOT, POUND, POUND_FORCE = 0.0254, 0.3048, 0.45359237, 4.4482216152605
 """Units of the USA in SI units, exact by definition."""
 
 DIMENSIONS: dict[str, tuple[Unit, ...]] = {
@@ -58,8 +58,8 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
         Unit("mm", 1.0, 1e3, ("mm",)),
         Unit("m", 1.0, 1.0, ("m",)),
         Unit("cm", 1.0, 1e2, ("cm",)),
-        Unit("in", _INCH, 1.0, ("in", "inch", '"')),
-        Unit("ft", _FOOT, 1.0, ("ft",)),
+        Unit("in", INCH, 1.0, ("in", "inch", '"')),
+        Unit("ft", FOOT, 1.0, ("ft",)),
     ),
     "angle": (
         # The factor of `math.radians`, so that 15 degrees are the same double everywhere.
@@ -69,8 +69,8 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
     "torque": (
         Unit("nm", 1.0, 1.0, ("N·m",)),
         Unit("knm", 1e3, 1.0, ("kN·m",)),
-        Unit("lbft", _POUND_FORCE * _FOOT, 1.0, ("lbf·ft", "lb·ft", "ft·lbf", "ft·lb")),
-        Unit("lbin", _POUND_FORCE * _INCH, 1.0, ("lbf·in", "lb·in", "in·lbf", "in·lb")),
+        Unit("lbft", POUND_FORCE * FOOT, 1.0, ("lbf·ft", "lb·ft", "ft·lbf", "ft·lb")),
+        Unit("lbin", POUND_FORCE * INCH, 1.0, ("lbf·in", "lb·in", "in·lbf", "in·lb")),
     ),
     "speed": (
         Unit("rpm", _TURN_PER_MINUTE, 1.0, ("rpm", "1/min", "rev/min")),
@@ -83,45 +83,45 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
     "mass": (
         Unit("kg", 1.0, 1.0, ("kg",)),
         Unit("g", 1.0, 1e3, ("g",)),
-        Unit("lb", _POUND, 1.0, ("lb",)),
+        Unit("lb", POUND, 1.0, ("lb",)),
     ),
     "inertia": (
         Unit("kgm2", 1.0, 1.0, ("kg·m²",)),
         Unit("kgcm2", 1.0, 1e4, ("kg·cm²",)),
         Unit("kgmm2", 1.0, 1e6, ("kg·mm²",)),
-        Unit("lbin2", _POUND * _INCH**2, 1.0, ("lb·in²",)),
-        Unit("lbft2", _POUND * _FOOT**2, 1.0, ("lb·ft²",)),
+        Unit("lbin2", POUND * INCH**2, 1.0, ("lb·in²",)),
+        Unit("lbft2", POUND * FOOT**2, 1.0, ("lb·ft²",)),
     ),
     "stiffness": (
         Unit("nm_rad", 1.0, 1.0, ("N·m/rad",)),
         Unit("knm_rad", 1e3, 1.0, ("kN·m/rad",)),
         Unit("nm_deg", 180.0 / math.pi, 1.0, ("N·m/deg", "N·m/°")),
-        Unit("lbft_rad", _POUND_FORCE * _FOOT, 1.0, ("lbf·ft/rad", "lb·ft/rad")),
-        Unit("lbin_rad", _POUND_FORCE * _INCH, 1.0, ("lbf·in/rad", "lb·in/rad")),
+        Unit("lbft_rad", POUND_FORCE * FOOT, 1.0, ("lbf·ft/rad", "lb·ft/rad")),
+        Unit("lbin_rad", POUND_FORCE * INCH, 1.0, ("lbf·in/rad", "lb·in/rad")),
     ),
     "density": (
         Unit("kg_m3", 1.0, 1.0, ("kg/m³",)),
         Unit("g_cm3", 1e3, 1.0, ("g/cm³",)),
-        Unit("lb_in3", _POUND / _INCH**3, 1.0, ("lb/in³",)),
+        Unit("lb_in3", POUND / INCH**3, 1.0, ("lb/in³",)),
     ),
     "modulus": (
         Unit("gpa", 1e9, 1.0, ("GPa",)),
         Unit("mpa", 1e6, 1.0, ("MPa", "N/mm²")),
         Unit("pa", 1.0, 1.0, ("Pa", "N/m²")),
-        Unit("mpsi", 1e6 * _POUND_FORCE / _INCH**2, 1.0, ("Mpsi",)),
-        Unit("ksi", 1e3 * _POUND_FORCE / _INCH**2, 1.0, ("ksi",)),
-        Unit("psi", _POUND_FORCE / _INCH**2, 1.0, ("psi",)),
+        Unit("mpsi", 1e6 * POUND_FORCE / INCH**2, 1.0, ("Mpsi",)),
+        Unit("ksi", 1e3 * POUND_FORCE / INCH**2, 1.0, ("ksi",)),
+        Unit("psi", POUND_FORCE / INCH**2, 1.0, ("psi",)),
     ),
     "force": (
         Unit("n", 1.0, 1.0, ("N",)),
         Unit("kn", 1e3, 1.0, ("kN",)),
-        Unit("lbf", _POUND_FORCE, 1.0, ("lbf",)),
+        Unit("lbf", POUND_FORCE, 1.0, ("lbf",)),
     ),
     "rigidity": (
         Unit("n_mm", 1e3, 1.0, ("N/mm",)),
         Unit("kn_mm", 1e6, 1.0, ("kN/mm",)),
         Unit("n_m", 1.0, 1.0, ("N/m",)),
-        Unit("lbf_in", _POUND_FORCE / _INCH, 1.0, ("lbf/in", "lb/in")),
+        Unit("lbf_in", POUND_FORCE / INCH, 1.0, ("lbf/in", "lb/in")),
     ),
     "speed_length": (Unit("rad_m_s", 1.0, 1.0, ("rad·m/s",)),),
     "n_beta": (
@@ -131,8 +131,8 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
     "velocity": (
         Unit("mm_s", 1.0, 1e3, ("mm/s",)),
         Unit("m_s", 1.0, 1.0, ("m/s",)),
-        Unit("in_s", _INCH, 1.0, ("in/s",)),
-        Unit("ft_s", _FOOT, 1.0, ("ft/s",)),
+        Unit("in_s", INCH, 1.0, ("in/s",)),
+        Unit("ft_s", FOOT, 1.0, ("ft/s",)),
     ),
     "acceleration": (
         Unit("m_s2", 1.0, 1.0, ("m/s²",)),
@@ -145,6 +145,11 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
     "number": (),
 }
 """Dimension to its units, the one that files are written in first."""
+
+
+def is_of_usa(unit: Unit) -> bool:
+    """Return whether a unit is one of the customary ones of the USA."""
+    return re.match("in|ft|lb|[mk]?psi", unit.suffix) is not None
 
 
 def si(dimension: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -147,19 +148,32 @@ class MechanismReport:
             f"  loops: {self.notation}; characteristic length {self.length:.4g} m",
         ]
         shared = {name for component in self._sharing for name in component.loops}
-        for loop in self.loops:
-            alone = " by itself" if loop.name in shared else ""
-            lines.append(
-                f"  loop {loop.name} ({loop.type}): rank {loop.rank} of 6, "
-                f"{loop.redundant} redundant{alone}"
+        alike = grouped(
+            (
+                loop.name,
+                f"({loop.type}): rank {loop.rank} of 6, {loop.redundant} redundant"
+                f"{' by itself' * (loop.name in shared)}",
             )
-            for joint, components in (loop.indeterminate or {}).items():
-                lines.append(f"    leaves open at {joint}: {components}")
+            for loop in self.loops
+        )
+        lines += [
+            f"  {_told('loop', names)} {text}{' each' * (len(names) > 1)}"
+            for text, names in alike.items()
+        ]
+        lines += [f"  leaves open at {choices(at)}: {what}" for what, at in self.left_open.items()]
         couplings = [name for component in self.components for name in component.couplings]
         if couplings:
             lines.append(f"  couplings: {', '.join(couplings)}")
         lines += [f"  {remark}" for remark in self._remarks()]
         return "\n".join(lines)
+
+    @property
+    def left_open(self) -> dict[str, list[str]]:
+        """Components of wrenches that statics leaves open, and the joints of which."""
+        found: dict[str, str] = {}
+        for loop in self.loops:
+            found |= loop.indeterminate or {}
+        return grouped(found.items())
 
     def _repr_html_(self) -> str:
         from ..kit.markup import element, listed, table  # Imported here: only notebooks show it.
@@ -202,15 +216,19 @@ class MechanismReport:
         """Return what else there is to say: of drives, components, singular zeros, warnings."""
         several = len(self.components) > 1
         remarks = [f"can be driven or held: {choices(self.drivable)}"] if self.mobility else []
-        remarks += [
-            f"component {component}"
+        alike = grouped(
+            (component.names, str(component).removeprefix(component.names))
             for component in self.components
             if several or component in self._sharing
-        ]
+        )
         remarks += [
-            f"idle rod at {', '.join(rod)}: it may spin about its line and needs no drive"
-            for rod in self.idle_rods
+            f"{_told('component', names)}{text}{' each' * (len(names) > 1)}"
+            for text, names in alike.items()
         ]
+        if self.idle_rods:
+            rods = _told("idle rod", [" – ".join(rod) for rod in self.idle_rods], "at ")
+            it = "it" if len(self.idle_rods) == 1 else "each"
+            remarks.append(f"{rods}: {it} may spin about its line and needs no drive")
         remarks += [
             f"{self.place} is a singular configuration of {component.names}: only "
             f"{component.rank_at_zero} of {component.rank} equations are independent there"
@@ -226,6 +244,21 @@ class MechanismReport:
         text = f"{self.mobility} (counted)" if self.is_counted else str(self.mobility)
         idle = len(self.idle_rods)
         return f"{text}, {self.mobility - idle} without idle rods" if idle else text
+
+
+def grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """Return what is said of names to all the names of which it is said."""
+    found: dict[str, list[str]] = {}
+    for name, text in pairs:
+        found.setdefault(text, []).append(name)
+    return found
+
+
+def _told(word: str, names: Sequence[str], lead: str = "") -> str:
+    """Return one name or several behind a word."""
+    if len(names) == 1:
+        return f"{word} {lead}{names[0]}"
+    return f"{len(names)} {word}s {lead}{choices(names, most=4)}"
 
 
 def _listed_components(loop: LoopReport) -> str:

@@ -182,7 +182,7 @@ def test_rods_are_listed_where_a_user_looks() -> None:
     mechanism = cd.load(as_balls())
     report = cd.describe(mechanism)
     assert report.idle_rods == [("b", "c")]
-    assert "idle rod at b, c: it may spin about its line and needs no drive" in str(report)
+    assert "idle rod at b – c: it may spin about its line and needs no drive" in str(report)
     plan = cd.Scene(mechanism, drive="a").plan()
     assert any("1 idle rod(s), which do not turn about their lines" in step for step in plan.steps)
 

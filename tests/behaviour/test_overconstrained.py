@@ -195,7 +195,7 @@ def test_mechanisms_in_one_file_are_described_separately() -> None:
     assert (report.coordinates, report.rank, report.mobility) == (8, 6, 2)
     found = {item.loops: (item.rank, item.self_stresses) for item in report.components}
     assert found == {("b_h3",): (3, 3), ("p_h3",): (3, 3)}
-    assert "component b_h3: mobility 1 of 4 coordinates, 3 independent equations" in str(report)
+    assert "2 components b_h3, p_h3: mobility 1 of 4 coordinates, 3 independent" in str(report)
     for loop in report.loops:
         prefix = loop.name[:2]
         assert loop.indeterminate is not None

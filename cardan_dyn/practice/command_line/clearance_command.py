@@ -24,8 +24,6 @@ from .tables import say, show
 if TYPE_CHECKING:
     from ...clearance import JointScan
 
-_RAD_PER_S = np.pi / 30.0
-"""One revolution per minute [rad/s]."""
 _LENGTH = "length", "m"
 _NUMBERS = ("peak", "peak_position", "least", "greatest")
 
@@ -134,7 +132,7 @@ def print_scan(scanned: Scan) -> None:
         f"power\n{power}": watts,
     }
     headings, rows = list(columns), list(zip(*columns.values(), strict=True))
-    title = f"Clearance at {number(scanned.speed / _RAD_PER_S, 6)} 1/min"
+    title = f"Clearance at {number(np.rad2deg(scanned.speed) / 6.0, 6)} 1/min"
     caption = "peak: greatest force of all that is known; least: lower end of its interval"
     show(headings, rows, title=title, caption=caption)
     said = {name: (scanned[name].verdict, *scanned[name].doubts) for name in scanned.ranking}

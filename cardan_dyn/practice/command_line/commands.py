@@ -193,9 +193,7 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
 @click.option(
     "--units",
     type=click.Choice(["si", "imperial"]),
-    default="si",
-    show_default=True,
-    help="Units of the page.",
+    help="Units of the page; those of most quantities of the file without.",
 )
 @click.option(
     "--language",
@@ -227,7 +225,7 @@ def driveline(
     teeth: int | None,
     page: Path | None,
     scene: bool,
-    units: str,
+    units: str | None,
     language: str,
     project: str | None,
     customer: str | None,
@@ -247,6 +245,7 @@ def driveline(
     NAME_OR_FILE is a TOML file (--schema lists its fields), or a line that comes with the package.
     """
     from ...drive_lines import examples, toml_schema
+    from ..drive_lines.line.files import is_customary
     from .driveline_command import report_on, run
 
     if schema:
@@ -280,7 +279,7 @@ def driveline(
         file=file,
         as_text=not as_json,
         language=language,
-        units=units,
+        units=units or ("imperial" if is_customary(source) else "si"),
     )
     if watch:
         from ..report.drive_line_page import scene as turning

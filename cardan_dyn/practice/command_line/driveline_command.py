@@ -132,8 +132,18 @@ def print_report(report: LineReport) -> None:
         place, at = row.where or "line", f" at {row.condition}" if row.condition else ""
         limit = f", limit {row.texts[5]}" if row.limit else ""
         say(f"FAIL {place}: {_told(row)} {row.texts[3]}{at}{limit} ({row.source})", "red")
-    for row in report.verdict.open:
-        say(f"OPEN {row.where or 'line'}: {row.quantity}: {row.note}", "yellow")
+    unjudged = [row for row in report.verdict if row.status == STATED and "give " in row.note]
+    for word, rows, style in (
+        ("OPEN", report.verdict.open, "yellow"),
+        ("not judged", unjudged, ""),
+    ):
+        # Places of which the same is asked share a line.
+        alike: dict[tuple[str, str], list[str]] = {}
+        for row in rows:
+            told = "; ".join([*map(str, row.inverses), row.note])
+            alike.setdefault((row.quantity, told), []).append(row.where or "line")
+        for (quantity, told), places in alike.items():
+            say(f"{word} {', '.join(dict.fromkeys(places))}: {quantity}: {told}", style)
 
 
 def _show(listing: Listing, lead: str = "") -> None:

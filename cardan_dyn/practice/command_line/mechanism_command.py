@@ -113,16 +113,13 @@ def _determined(report: MechanismReport) -> list[str]:
     if idle:
         mobility += f", and {idle} of idle rods, which need no drive"
     lines = [mobility]
-    open_at: dict[str, str] = {}
-    for loop in report.loops:
-        open_at |= loop.indeterminate or {}
     lines += report.silent
     if report.silent:
         lines.append(f"  {REMEDY}")
     counted = [loop.name for loop in report.loops if loop.indeterminate is None]
     if counted:
         lines.append("too large to tell which wrenches statics determine")
-    elif not open_at:
+    elif not report.left_open:
         what = "motion and statics" if report.loops else "statics"
         if not report.silent:
             lines.append(f"{what} determine all wrenches")
@@ -132,10 +129,7 @@ def _determined(report: MechanismReport) -> list[str]:
             f"not determined by statics, {redundant} redundant closure equations; sweeps choose "
             "the least norm, or go by compliance="
         )
-        alike: dict[str, list[str]] = {}
-        for name, components in open_at.items():
-            alike.setdefault(components, []).append(name)
-        lines += [f"  {components} at {choices(of)}" for components, of in alike.items()]
+        lines += [f"  {what} at {choices(of)}" for what, of in report.left_open.items()]
     singular = [component for component in report.components if component.is_singular_at_zero]
     lines += [f"singular at zero: {component.names}" for component in singular]
     return lines

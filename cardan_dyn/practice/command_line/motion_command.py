@@ -25,15 +25,13 @@ from ...motion.simulation.trajectory import Trajectory
 from ...scene.scene import Scene
 from ...scene.usual_motion import UsualMotion, default_scene, slides, usual_motion
 from .group import Interrupted
-from .quantities import by_coordinate, efforts, shown, value_of
+from .quantities import by_coordinate, efforts, ends_of, shown, value_of
 from .quantities import near as near_of
 from .quantities import positions as positions_of
 from .tables import say, show
 
 if TYPE_CHECKING:
     from ...core.results.sweep import Sweep
-
-"""One revolution per minute [rad/s]."""
 
 
 class Outputs(NamedTuple):
@@ -256,8 +254,8 @@ def _between(motion: UsualMotion, ends: tuple[str, str], samples: int) -> tuple[
             f"{' '.join(f'--held {name}=…' for name in drives[1:3])}"
         )
     of_drive = motion.scene.mechanism, drives[0], "position"
-    low, high = (value_of(*of_drive, text, "--range") for text in ends)
-    said = f"{drives[0]} from {shown(*of_drive, low, 6)} to {shown(*of_drive, high, 6)}"
+    low, high = ends_of(*of_drive[:2], ends)
+    said = f"{drives[0]} from {shown(*of_drive, low)} to {shown(*of_drive, high)}"
     return np.linspace(low, high, samples), said
 
 
@@ -287,7 +285,7 @@ def _how_fast(motion: UsualMotion, rates: Mapping[str, float]) -> str:
     if not any(rates.values()):
         return "quasi-static"
     drive = motion.scene.mechanism, motion.scene.drives[0]
-    told = [shown(*drive, what, rate, 6) for what, rate in rates.items() if rate or what == "speed"]
+    told = [shown(*drive, what, rate) for what, rate in rates.items() if rate or what == "speed"]
     return f"at {', '.join(told)}"
 
 
@@ -295,10 +293,10 @@ def _say_what_acts(scene: Scene) -> None:
     """Print what holds and loads a scene, which may be that of a preset."""
     texts = []
     for name, value in scene.held.items():
-        texts.append(f"{name} held at {shown(scene.mechanism, name, 'position', value, 6)}")
+        texts.append(f"{name} held at {shown(scene.mechanism, name, 'position', value)}")
     for name, effort in scene.loads.items():
         if name in scene.mechanism.drivable:
-            amount = shown(scene.mechanism, name, "effort", float(np.asarray(effort)), 6)
+            amount = shown(scene.mechanism, name, "effort", float(np.asarray(effort)))
             texts.append(f"{amount} at {name}")
     if np.any(scene.gravity):
         texts.append(f"gravity {' '.join(f'{value:g}' for value in scene.gravity)} m/s²")

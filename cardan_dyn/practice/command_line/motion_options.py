@@ -10,13 +10,13 @@ import click
 from . import options
 from .group import Command
 
-_PICTURES = (".png", ".svg", ".pdf")
-
 
 def _outputs(command: Any) -> Any:
     """Add the options of what is written."""
     for decorator in (
-        options.written("--plot", "plot", "Draw the joints: .png, .svg or .pdf.", *_PICTURES),
+        options.written(
+            "--plot", "plot", "Draw the joints: .png, .svg or .pdf.", ".png", ".svg", ".pdf"
+        ),
         options.written("--parquet", "parquet", "Write a Parquet file.", ".parquet"),
         options.written("--json", "json", "Write JSON; - prints it.", ".json", dash=True),
         options.written("--csv", "csv", "Write a CSV file; - prints it.", ".csv", dash=True),
@@ -29,22 +29,11 @@ def _outputs(command: Any) -> Any:
 @click.command(cls=Command)
 @options.source
 @options.drive
-@click.option(
-    "--range",
-    "ends",
-    type=options.Quantities(),
-    nargs=2,
-    metavar="FROM TO",
-    help="Positions of a single drive [°, slides: m]; its whole range without.",
-)
+@options.between
 @click.option(
     "--samples", type=click.IntRange(2), default=361, show_default=True, help="Count of positions."
 )
-@click.option(
-    "--speed",
-    type=options.Quantities(),
-    help="Of the drive [1/min, slides: m/s]; quasi-static without.",
-)
+@options.rate
 @click.option(
     "--acceleration", type=options.Quantities(), help="Of the drive [rad/s², slides: m/s²]."
 )

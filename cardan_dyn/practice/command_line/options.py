@@ -210,6 +210,19 @@ line = click.argument(
     shell_complete=names.complete_source(names.lines),
 )
 drive = repeated("--drive", "drive", "JOINT", "Driven joint, the sensible one without")
+between = click.option(
+    "--range",
+    "ends",
+    type=Quantities(),
+    nargs=2,
+    metavar="FROM TO",
+    help="Positions of a single drive [°, slides: m]; its whole range without.",
+)
+rate = click.option(
+    "--speed",
+    type=Quantities(),
+    help="Of a single drive [1/min, slides: m/s]; quasi-static without.",
+)
 held = repeated("--held", "held", "JOINT=VALUE", "Joint that is held [°, slides: m]")
 near = repeated(
     "--near",

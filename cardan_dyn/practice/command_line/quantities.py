@@ -60,6 +60,12 @@ def value_of(mechanism: Mechanism, joint: str, what: str, text: str, option: str
     return units.read(text, dimension, option, bare)
 
 
+def ends_of(mechanism: Mechanism, joint: str, ends: Sequence[str]) -> tuple[float, float]:
+    """Return the positions of `--range` [rad or m]; see `value_of`."""
+    low, high = (value_of(mechanism, joint, "position", end, "--range") for end in ends)
+    return low, high
+
+
 def shown(mechanism: Mechanism, joint: str, what: str, value: float, digits: int = 4) -> str:
     """Return what `value_of` reads as it is printed: angles in degrees, speeds in 1/min."""
     _, bare = _KINDS[what][slides(mechanism, joint)]

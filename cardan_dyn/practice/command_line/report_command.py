@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import click
@@ -11,8 +12,9 @@ from ...scene.usual_motion import default_scene
 from ..report.case import case_of
 from ..report.grids import stem_of
 from ..report.reporting import Report
+from ..report.side_by_side import Reports
 from .options import Written
-from .quantities import efforts, value_of
+from .quantities import assigned, efforts, ends_of, value_of
 from .quantities import positions as positions_of
 
 
@@ -50,34 +52,33 @@ def run(
 
         require_matplotlib()
     fixed = positions_of(mechanism, held)
-    acting = efforts(mechanism, loads) if loads else None
-    interval = rate = None
+    interval: tuple[float, float] | None = None
+    rates: list[float | None] = [None]
     if ends is not None or speed is not None:
         driven = (drive or default_scene(mechanism, held=fixed).drives)[0]
-        if ends is not None:
-            low, high = (value_of(mechanism, driven, "position", end, "--range") for end in ends)
-            interval = low, high
+        interval = None if ends is None else ends_of(mechanism, driven, ends)
         if speed is not None:
-            rate = value_of(mechanism, driven, "speed", speed, "--speed")
-    case = case_of(
-        mechanism,
-        drive=drive,
-        held=fixed,
-        loads=acting,
-        gravity=gravity,
-        speed=rate,
-        interval=interval,
-        elements=elements,
-        samples=samples,
-    )
-    found = Report.of_case(
-        mechanism,
-        case,
-        title=title,
-        project=project,
-        author=author,
-        date=date,
-        revision=revision,
-    )
+            every = speed.split(",")
+            rates = [value_of(mechanism, driven, "speed", one, "--speed") for one in every]
+    listed = {name: text.split(",") for name, text in assigned(loads, "--load").items()}
+    head = {"title": title, "project": project, "author": author}
+    head |= {"date": date, "revision": revision}
+    reports = []
+    for rate, values in itertools.product(rates, itertools.product(*listed.values())):
+        pairs = zip(listed, values, strict=True)
+        acting = efforts(mechanism, [f"{name}={value}" for name, value in pairs])
+        case = case_of(
+            mechanism,
+            drive=drive,
+            held=fixed,
+            loads=acting or None,
+            gravity=gravity,
+            speed=rate,
+            interval=interval,
+            elements=elements,
+            samples=samples,
+        )
+        reports.append(Report.of_case(mechanism, case, **head))
+    found: Report | Reports = reports[0] if len(reports) == 1 else Reports(reports)
     click.echo(found)
     click.echo(f"Report: {found.save(file, scene=with_scene)}")

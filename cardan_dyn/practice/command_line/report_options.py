@@ -15,20 +15,8 @@ from .group import Command
 @options.source
 @options.written("--out", "file", "The page; NAME_report.html without.", ".html", ".csv", ".json")
 @options.drive
-@click.option(
-    "--range",
-    "ends",
-    type=options.Quantities(),
-    nargs=2,
-    metavar="FROM TO",
-    help="Positions of a single drive [°, slides: m], shortened at dead points; its whole range "
-    "without.",
-)
-@click.option(
-    "--speed",
-    type=options.Quantities(),
-    help="Of a single drive [1/min, slides: m/s]; quasi-static without.",
-)
+@options.between
+@options.rate
 @options.held
 @options.loads
 @options.gravity
@@ -54,6 +42,9 @@ def report(source: str, file: Path | None, scene: bool, **given: Any) -> None:
     wrenches of every joint, located between the samples, and writes a page with all of it: the
     description, mobility and drives, figures, orders, the moving scene, residuals, versions. A name
     that ends in .csv or .json takes the extremes alone.
+
+    Several values with commas between them, as --speed 500,1000 --load JOINT=-5,-10, are load
+    cases: each speed with each load, side by side in one report.
     """
     from .report_command import run
 

@@ -30,8 +30,8 @@ from .tables import say, show
 if TYPE_CHECKING:
     from ..viewer.viewing import View
 
-_RAD_PER_S = np.pi / 30.0
-_PER_MINUTE = 1.0 / _RAD_PER_S
+_PER_MINUTE = 30.0 / np.pi
+"""One rad/s [1/min]."""
 _SLOW = 1e-3
 """Part of the lowest natural frequency at which modes at rest are found: gyroscopic terms change
 them by about as much, which does not matter for a range."""
@@ -210,7 +210,7 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
     mode = number - 1
     hertz = found.frequency[0, mode] / (2.0 * np.pi)
     title = (
-        f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {speed / _RAD_PER_S:.4g} 1/min"
+        f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {speed * _PER_MINUTE:.4g} 1/min"
     )
     swing = mode_sweep(scene, found.shape[0][:, mode])
     return view(swing, moments=False, forces=False, traces=False, duration=4.0, title=title)
@@ -218,7 +218,7 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
 
 def print_table(found: CriticalSpeeds) -> None:
     """Print critical speeds, ascending."""
-    ends = f"{found.low / _RAD_PER_S:.4g} to {found.high / _RAD_PER_S:.4g} 1/min"
+    ends = f"{found.low * _PER_MINUTE:.4g} to {found.high * _PER_MINUTE:.4g} 1/min"
     name = found.scene.mechanism.name
     if not len(found):
         say(f"{name}: no critical speed from {ends}")
@@ -305,7 +305,7 @@ def _name(row: CriticalSpeed) -> str:
 def _cells(row: CriticalSpeed) -> tuple[str, ...]:
     """Return a row of the table."""
     speed, lower, upper = (
-        "" if np.isnan(value) else f"{value / _RAD_PER_S:.5g}"
+        "" if np.isnan(value) else f"{value * _PER_MINUTE:.5g}"
         for value in (row.speed, row.lower, row.upper)
     )
     if row.kind != "resonance":

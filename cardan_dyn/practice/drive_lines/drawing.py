@@ -30,7 +30,7 @@ from .wording import Wording
 if TYPE_CHECKING:
     from .line.data import LineData
 
-_WIDTH = 6.8
+WIDTH = 6.8
 """Width of the arrangement on paper [inch]."""
 _PANEL = 6.0
 """Width of its axes without their labels [inch]."""
@@ -40,10 +40,10 @@ _STUB = 0.12
 """Length of an end shaft that has none, relative to all intermediate shafts."""
 _ROOM = 0.04
 """Room around the line, relative to its length."""
-_SMALL = 8
+SMALL = 8
 _LETTER = 0.6
 """Width of a letter, relative to the size of the font; those of browsers are no wider."""
-_LINE_PITCH = 1.25
+LINE_PITCH = 1.25
 """Distance of lines of text, relative to the size of the font."""
 _LONGEST_NAME = 18
 """Letters of a name in one line."""
@@ -102,7 +102,7 @@ def arrangement(
         (high[axis] - low[axis]) / scale + (_height(above) + _height(below) + 4 * _GAP) / 72.0
         for axis, above, below in views
     ]
-    size = (_WIDTH, sum(heights) + 1.2)
+    size = (WIDTH, sum(heights) + 1.2)
     drawn = sheet(2, size=size, share_x=True, ax=ax, figsize=figsize)
     if drawn.is_new:
         drawn.panels[0].get_gridspec().set_height_ratios(heights)
@@ -191,7 +191,7 @@ def _rows(labels: list[_Label], xlim: tuple[float, float], scale: float) -> list
     ends: list[float] = []
     for label in labels:
         longest = max(map(len, label.text.split("\n")))
-        half = scale * _LETTER * _SMALL * longest / 2.0 / 72.0
+        half = scale * _LETTER * SMALL * longest / 2.0 / 72.0
         at = min(max(label.at, xlim[0] + half), max(xlim[1] - half, xlim[0] + half))
         free = (row for row, end in enumerate(ends) if at - half > end)
         row = next(free, len(rows))
@@ -206,7 +206,7 @@ def _rows(labels: list[_Label], xlim: tuple[float, float], scale: float) -> list
 def _height(rows: list[list[_Label]]) -> float:
     """Return the height of rows of labels [pt]."""
     lines = (max(label.text.count("\n") + 1 for label in row) for row in rows)
-    return sum(_SMALL * _LINE_PITCH * count + _GAP for count in lines)
+    return sum(SMALL * LINE_PITCH * count + _GAP for count in lines)
 
 
 def _write(panel: Axes, rows: list[list[_Label]], start: float, scale: float, way: float) -> None:
@@ -220,9 +220,9 @@ def _write(panel: Axes, rows: list[list[_Label]], start: float, scale: float, wa
                 (label.at, height),
                 ha="center",
                 va="bottom" if way > 0.0 else "top",
-                fontsize=_SMALL,
+                fontsize=SMALL,
                 arrowprops={"arrowstyle": "-", "linewidth": 0.6, "color": "0.6", "shrinkB": 5},
-                linespacing=_LINE_PITCH,
+                linespacing=LINE_PITCH,
                 zorder=6,
             )
 
@@ -524,7 +524,7 @@ def over_angle(
             panel.plot(angle, values, **curve_style(index, len(angle)), label=plain(name))
         panel.set_ylabel(label)
         panel.ticklabel_format(axis="y", useOffset=False)
-        panel.legend(fontsize=_SMALL, loc="center left", bbox_to_anchor=(1.0, 0.5))
+        panel.legend(fontsize=SMALL, loc="center left", bbox_to_anchor=(1.0, 0.5))
     angle_axis(drawn.panels[-1], "rotation of the input shaft [°]", analysis.position)
     return drawn.finish(title or plain(analysis.name), 0, open_note(analysis))
 
@@ -585,14 +585,14 @@ def margins(
             textcoords="offset points",
             ha="right" if missed else "left",
             va="center",
-            fontsize=_SMALL,
+            fontsize=SMALL,
         )
     names = [
         ", ".join(filter(None, [row.quantity, row.where, "open" * (row.status == OPEN)]))
         for row in rows
     ]
-    axes.set_yticks(range(len(rows)), [wrapped(plain(name), 3.2, _SMALL) for name in names])
-    axes.tick_params(axis="y", labelsize=_SMALL)
+    axes.set_yticks(range(len(rows)), [wrapped(plain(name), 3.2, SMALL) for name in names])
+    axes.tick_params(axis="y", labelsize=SMALL)
     axes.axvline(0.0, color="black", linewidth=0.9)
     axes.set_ylim(len(rows) - 0.4, -0.6)
     least = min(0.0, 100.0 * _room(rows[0]))

@@ -20,6 +20,7 @@ from ...kit.arrays import NOTHING
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, choices
 from ...kit.quantities import prefix
+from ...kit.units import FOOT, INCH, POUND, POUND_FORCE
 
 LANGUAGES = ("en", "de")
 UNITS = ("si", "imperial")
@@ -53,17 +54,11 @@ class Measure(NamedTuple):
     decimals: int = 3
 
 
-_POUND = 0.45359237
-_FORCE = 4.4482216152605
-_FOOT = 0.3048
-_INCH = 0.0254
-_PSI = _FORCE / _INCH**2
-
 _SI: dict[str, Measure] = {
     "length": Measure("mm", 1e3, 1),
     "angle": Measure("°", 180.0 / math.pi, 3),
     "torque": Measure("N·m", 1.0),
-    "speed": Measure("min⁻¹", 30.0 / math.pi),
+    "speed": Measure("1/min", 30.0 / math.pi),
     "angular_acceleration": Measure("rad/s²", 1.0),
     "mass": Measure("kg", 1.0),
     "inertia": Measure("kg·m²", 1.0),
@@ -86,19 +81,19 @@ _MEASURES: dict[str, dict[str, Measure]] = {
     "si": _SI,
     "imperial": _SI
     | {
-        "length": Measure("in", 1.0 / _INCH, 3),
-        "torque": Measure("lbf·ft", 1.0 / (_FORCE * _FOOT)),
+        "length": Measure("in", 1.0 / INCH, 3),
+        "torque": Measure("lbf·ft", 1.0 / (POUND_FORCE * FOOT)),
         "speed": Measure("rpm", 30.0 / math.pi),
-        "mass": Measure("lb", 1.0 / _POUND),
-        "inertia": Measure("lb·ft²", 1.0 / (_POUND * _FOOT**2)),
-        "stiffness": Measure("lbf·ft/rad", 1.0 / (_FORCE * _FOOT)),
-        "density": Measure("lb/in³", _INCH**3 / _POUND),
-        "modulus": Measure("Mpsi", 1e-6 / _PSI),
-        "stress": Measure("ksi", 1e-3 / _PSI),
-        "force": Measure("lbf", 1.0 / _FORCE),
-        "rigidity": Measure("lbf/in", _INCH / _FORCE),
-        "power": Measure("hp", 1.0 / (550.0 * _FORCE * _FOOT)),
-        "unbalance": Measure("oz·in", 16.0 / (_POUND * _INCH)),
+        "mass": Measure("lb", 1.0 / POUND),
+        "inertia": Measure("lb·ft²", 1.0 / (POUND * FOOT**2)),
+        "stiffness": Measure("lbf·ft/rad", 1.0 / (POUND_FORCE * FOOT)),
+        "density": Measure("lb/in³", INCH**3 / POUND),
+        "modulus": Measure("Mpsi", 1e-6 / (POUND_FORCE / INCH**2)),
+        "stress": Measure("ksi", 1e-3 / (POUND_FORCE / INCH**2)),
+        "force": Measure("lbf", 1.0 / POUND_FORCE),
+        "rigidity": Measure("lbf/in", INCH / POUND_FORCE),
+        "power": Measure("hp", 1.0 / (550.0 * POUND_FORCE * FOOT)),
+        "unbalance": Measure("oz·in", 16.0 / (POUND * INCH)),
     },
 }
 BY_UNIT = {

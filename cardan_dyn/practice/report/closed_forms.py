@@ -21,20 +21,9 @@ from ...figures.style import (
 )
 from ...kit.arrays import Array
 from ...kit.errors import ArgumentError, choices
-from .comparisons import thoma_moments
+from .comparisons import POSITIONS, thoma_moments
 
 _INPUT, _OUTPUT, _BEND = "bearing_in", "bearing_out", "joint_angle"
-_PER_TURN = 1440
-"""Points of a line per turn."""
-_TURN = np.linspace(0.0, 2.0 * np.pi, _PER_TURN + 1)
-_FEWEST = 90
-"""Least number of points of a line, so that it is smooth over a small part of a turn as well."""
-_CIRCLES = 3
-"""Circles of a polar diagram."""
-_ROUND_STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
-"""Distances of these circles, times a power of ten, that are easily read."""
-_POLAR_ROOM = 1.04
-"""Radius of a polar diagram in radii of its outermost circle, so that this circle is visible."""
 
 
 def torque_ratio(turn: Sweep) -> Figure:
@@ -62,15 +51,19 @@ def bending_polar(turn: Sweep) -> Figure:
     Arguments and errors are those of `torque_ratio`. The lines are drawn over one turn.
     """
     beta = _held_angle(turn)
-    closed = grossmann.moments(beta, _TURN)
-    greatest = max(float(np.max(line)) for line in (closed.bending_1, closed.bending_2))
+    closed = grossmann.moments(beta, POSITIONS)
     title = f"Bending moments referred to the input torque, β = {_deg(beta)}°"
-    figure, axes = _polar_axes(title, greatest)
+    figure, axes = _polar_axes(title)
     torque = np.abs(turn[_INPUT].torsion)
     for index, (label, joint, line_angle, line) in enumerate(
         (
-            ("B₁/D₁ over φ₁", _INPUT, _TURN, closed.bending_1),
-            ("B₂/D₁ over φ₂", _OUTPUT, single_joint.output_angle(beta, _TURN), closed.bending_2),
+            ("B₁/D₁ over φ₁", _INPUT, POSITIONS, closed.bending_1),
+            (
+                "B₂/D₁ over φ₂",
+                _OUTPUT,
+                single_joint.output_angle(beta, POSITIONS),
+                closed.bending_2,
+            ),
         )
     ):
         shown = thinned(len(turn))
@@ -163,8 +156,7 @@ def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, A
         # A single position spans no range; the whole turn around it is drawn.
         low = 2.0 * np.pi * np.floor(low / (2.0 * np.pi))
         high = low + 2.0 * np.pi
-    steps = max(_FEWEST, round(_PER_TURN * (high - low) / (2.0 * np.pi)))
-    line = np.linspace(low, high, 1 + steps)
+    line = np.linspace(low, high, len(POSITIONS))
     figure, axes = axes_grid()
     axes.set_title(f"{title}, β = {_deg(beta)}°")
     axes.set_ylabel(label)
@@ -181,16 +173,10 @@ def _ratio(moment: Array, torque: Array) -> Array:
     return np.divide(moment, torque, out=np.full(np.shape(moment), np.nan), where=torque != 0.0)
 
 
-def _polar_axes(title: str, greatest: float) -> tuple[Figure, Axes]:
-    """Return polar axes for curves whose greatest distance from the origin is `greatest`."""
+def _polar_axes(title: str) -> tuple[Figure, Axes]:
+    """Return polar axes, whose circles are labelled beside the curves."""
     figure, axes = axes_grid(size=(6.4, 6.0), projection="polar")
     axes.set_title(title, pad=14)
-    # Circles at round numbers, the outermost just beyond the curves.
-    decade = 10.0 ** np.floor(np.log10(greatest / _CIRCLES)) if greatest > 0.0 else 1.0
-    steps = decade * np.array(_ROUND_STEPS)
-    circles = steps[np.argmax(_CIRCLES * steps >= greatest)] * np.arange(1, _CIRCLES + 1)
-    axes.set_rlim(0.0, _POLAR_ROOM * circles[-1])
-    axes.set_rticks(circles)
     axes.set_rlabel_position(67.5)
     for label in axes.get_yticklabels():
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})

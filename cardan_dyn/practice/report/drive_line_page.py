@@ -19,9 +19,6 @@ from . import line_figures as drawn
 from . import line_tables as tables
 from . import page
 
-FRAMES = 181
-"""Positions of the turning scene."""
-
 
 @dataclass(frozen=True)
 class LineReport:
@@ -106,11 +103,11 @@ def scene(report: LineReport) -> View:
     held = {f"joint_angle_{k}": 0.0 for k in range(1, line.count + 1)}
     torque = float(np.mean(analysis.static.torsion_out[:, -1]))
     built = line.scene(held=held, loads={"bearing_out": -torque})
-    sweep = built.sweep(np.linspace(0.0, 2.0 * np.pi, FRAMES))
+    sweep = built.sweep(np.linspace(0.0, 2.0 * np.pi, page.FRAMES))
     bearings = {"bearing_in", "bearing_out", *(item.joint for item in supports(line).bearings)}
     shown = [name for name in sweep.outputs if name in bearings]
     title = f"{line.name}, {torque:.4g} N·m"
-    return view(sweep, joints=shown, frames=FRAMES, title=title)
+    return view(sweep, joints=shown, frames=page.FRAMES, title=title)
 
 
 def write(

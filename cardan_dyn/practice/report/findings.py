@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -35,8 +36,6 @@ _DRAWN = 361
 """Positions at least at which figures show a range."""
 _DOUBLINGS = 7
 """How often positions at which orders are told are doubled, at most: to 8192 in a turn."""
-_WIDTH = 10
-"""Width of a column of numbers in a text."""
 GOOD, POOR = 1e-12, 1e-9
 """Residuals: below the first, nothing but rounding; above the second, close to what is refused."""
 
@@ -274,35 +273,7 @@ class Findings(Result, Frozen):
         much the quantity may exceed them; NaN where that is not known), and for every drive
         `greatest_at_NAME` and `least_at_NAME` [rad or m]: NaN where it is constant.
         """
-        rows = self.extremes
-        told: list[tuple[str, Any, str, str]] = [
-            ("owner", [item.owner for item in rows], "", "joint, drive, coupling or element"),
-            ("quantity", [item.quantity for item in rows], "", "what it is"),
-            ("unit", [item.unit for item in rows], "", "of greatest and least"),
-            ("greatest", [item.greatest for item in rows], "", "greatest value"),
-            ("least", [item.least for item in rows], "", "least value"),
-            ("determined", [item.determined for item in rows], "", "by the laws of motion alone"),
-            ("error", [item.error for item in rows], "", "by how much it may exceed them"),
-        ]
-        for index, name in enumerate(self.drives):
-            unit = self.mechanism.drivable[name].unit
-            for end in ("greatest", "least"):
-                every = [getattr(item, f"{end}_at") for item in rows]
-                values = [places[0, index] if len(places) else np.nan for places in every]
-                told.append((f"{end}_at_{name}", values, unit, f"position of {name} there"))
-        variables = [
-            (name, Variable(("row",), np.array(values), unit, text))
-            for name, values, unit, text in told
-        ]
-        return Table(
-            variables,
-            {"row": len(rows)},
-            attributes={
-                "mechanism": self.mechanism.name,
-                "sha256": self.sha256,
-                "cardan_dyn_version": __version__,
-            },
-        )
+        return table_of([self])
 
     def __repr__(self) -> str:
         count = 0 if self.sweep is None else len(self.sweep)
@@ -330,7 +301,7 @@ class Findings(Result, Frozen):
             mark = f"{' ' if item.settled else '?'}{' ' if item.determined else '*'}"
             (most, first), (other, last) = item.ends
             (shown, opposite), unit = column([most, other], item.unit)
-            between = f"{shown:>{_WIDTH}} {unit}"
+            between = f"{shown:>10} {unit}"
             if len(first):
                 between += f" at {self.at(first[:2])}; {opposite} at {self.at(last[:2])}"
             lines.append(f"{mark}{item.quantity.ljust(width)} {between}")
@@ -343,17 +314,15 @@ class Findings(Result, Frozen):
         lines += [f"{name} {value:.1e}: {text}" for name, value, text in self.judgement]
         return "\n".join(lines)
 
-    @property
-    def told(self) -> list[Extreme]:
+    @cached_property
+    def _once(self) -> list[Extreme]:
         """The extremes of what acts, without forces and moments that a part of them tells."""
-        acting = [item for item in self.extremes if item.acts]
-        by_name = {(item.owner, item.quantity): item for item in acting}
         found = []
-        for item in acting:
+        for item in self._acting.values():
             parts = [
-                by_name[item.owner, part]
+                self._acting[item.owner, part]
                 for part in PARTS.get(item.quantity, ())
-                if (item.owner, part) in by_name
+                if (item.owner, part) in self._acting
             ]
             # What statics leaves open is told by its parts, of which it may determine some.
             is_told = any(
@@ -364,15 +333,35 @@ class Findings(Result, Frozen):
                 found.append(item)
         return found
 
+    @cached_property
+    def _acting(self) -> dict[tuple[str, str], Extreme]:
+        return {(item.owner, item.quantity): item for item in self.extremes if item.acts}
+
+    def _is_effort(self, item: Extreme) -> bool:
+        """Return whether what is along the axis of a joint is what drives or holds it."""
+        if item.quantity not in ("torsion", "axial"):
+            return False
+        efforts = (self._acting.get((item.owner, name)) for name in EFFORTS)
+        slack = RIGHT * item.size
+        return any(
+            effort is not None
+            and abs(effort.greatest - item.greatest) <= slack
+            and abs(effort.least - item.least) <= slack
+            for effort in efforts
+        )
+
+    @property
+    def told(self) -> list[Extreme]:
+        """The extremes of what acts, each force and moment once, efforts as such."""
+        return [item for item in self._once if not self._is_effort(item)]
+
     @property
     def headline(self) -> list[Extreme]:
-        """What a joint is sized by: of each quantity that statics determines the greatest."""
-        found: dict[str, Extreme] = {}
-        for item in self.told:
-            best = found.get(item.quantity)
-            if item.determined and (best is None or item.size > best.size):
-                found[item.quantity] = item
-        return list(found.values())
+        """What a joint is sized by: of each quantity that statics determines the greatest.
+
+        A torsion, or an axial force, that is the effort of a drive is told as that.
+        """
+        return [item for _, item in governing([self])]
 
     @property
     def case_lines(self) -> list[str]:
@@ -385,13 +374,10 @@ class Findings(Result, Frozen):
             slides = sweep.mechanism.drivable[name].slides
             positions = np.reshape(sweep.position, (len(sweep), -1))[:, index]
             low, high = float(positions.min()), float(positions.max())
-            text = (
-                f"{name} {way(low, high, slides)}"
-                if low < high
-                else f"{name} at {place(low, slides)}"
-            )
+            lines.append(f"{name}{' at' * (low == high)} {way(low, high, slides)}")
             speeds = np.reshape(sweep.speed, (len(sweep), -1))[:, index]
-            lines.append(f"{text} at {speed_text(speeds, slides)}" if np.any(speeds) else text)
+            if np.any(speeds):
+                lines.append(speed_text(speeds, slides))
         if len(self.drives) > 1:
             # Extremes are sought far beyond them.
             lines.append(f"at {counted(len(sweep))}")
@@ -414,6 +400,71 @@ class Findings(Result, Frozen):
         return lines
 
 
+def governing(reports: Sequence[Findings]) -> list[tuple[int, Extreme]]:
+    """Return of each quantity that statics determines the greatest, and in which case it is."""
+    found: dict[str, tuple[int, Extreme]] = {}
+    for case, report in enumerate(reports):
+        for item in report._once:
+            best = found.get(item.quantity)
+            if item.determined and (best is None or item.size > best[1].size):
+                found[item.quantity] = case, item
+    efforts = {(found[name][0], found[name][1].owner) for name in EFFORTS if name in found}
+    return [
+        (case, item)
+        for case, item in found.values()
+        if (case, item.owner) not in efforts or not reports[case]._is_effort(item)
+    ]
+
+
+def compared(reports: Sequence[Findings]) -> list[list[Extreme | None]]:
+    """Return what acts and statics determines, a row each with its extreme in every case.
+
+    None stands where it does not act.
+    """
+    told = dict.fromkeys((item.owner, item.quantity) for report in reports for item in report.told)
+    rows = [[report._acting.get(key) for report in reports] for key in told]
+    return [row for row in rows if all(item is None or item.determined for item in row)]
+
+
+def table_of(reports: Sequence[Findings], labels: Sequence[str] = ()) -> Table:
+    """Return the extremes of one case, or of several with the column `case`; see `table`."""
+    cases = [case for case, report in enumerate(reports) for _ in report.extremes]
+    rows = [item for report in reports for item in report.extremes]
+    told: list[tuple[str, list[Any], str, str]] = [
+        ("owner", [item.owner for item in rows], "", "joint, drive, coupling or element"),
+        ("quantity", [item.quantity for item in rows], "", "what it is"),
+        ("unit", [item.unit for item in rows], "", "of greatest and least"),
+        ("greatest", [item.greatest for item in rows], "", "greatest value"),
+        ("least", [item.least for item in rows], "", "least value"),
+        ("determined", [item.determined for item in rows], "", "by the laws of motion alone"),
+        ("error", [item.error for item in rows], "", "by how much it may exceed them"),
+    ]
+    if labels:
+        told.insert(0, ("case", [labels[case] for case in cases], "", "load case"))
+    mechanism = reports[0].mechanism
+    for name in dict.fromkeys(name for report in reports for name in report.drives):
+        for end in ("greatest", "least"):
+            values = []
+            for case, item in zip(cases, rows, strict=True):
+                places, drives = getattr(item, f"{end}_at"), reports[case].drives
+                is_known = len(places) and name in drives
+                values.append(places[0, drives.index(name)] if is_known else np.nan)
+            unit = mechanism.drivable[name].unit
+            told.append((f"{end}_at_{name}", values, unit, f"position of {name} there"))
+    return Table(
+        [
+            (name, Variable(("row",), np.array(values), unit, text))
+            for name, values, unit, text in told
+        ],
+        {"row": len(rows)},
+        attributes={
+            "mechanism": mechanism.name,
+            "sha256": reports[0].sha256,
+            "cardan_dyn_version": __version__,
+        },
+    )
+
+
 def speed_text(values: np.ndarray, slides: bool) -> str:
     """Return speeds of a drive [rad/s or m/s] as a text, of what turns in 1/min."""
     return between(values if slides else values * 30.0 / np.pi, "m/s" if slides else "1/min")
@@ -424,6 +475,7 @@ def between(values: np.ndarray, unit: str = "") -> str:
     return span(float(values.min()), float(values.max()), unit)
 
 
+EFFORTS = ("drive effort", "holding effort")
 _PROVES = {
     "loop_residual": "loops, couplings, drives and held joints are closed",
     "balance_residual": "every body is in balance",

@@ -21,17 +21,15 @@ from ...figures.style import (
 )
 from ...kit.arrays import NOTHING, Array
 from ...kit.periodic import amplitudes
+from ..drive_lines.drawing import LINE_PITCH, SMALL, WIDTH
 from ..drive_lines.wording import Wording
 
-_WIDTH = 6.8
-"""Of a figure on paper [inch]."""
 _PANEL = 2.35
 """Height of axes [inch]."""
-_SMALL = 8
 _LETTERS = 20
 """Of a name in one line of a legend."""
-_PITCH, _GAP = 1.25, 0.6
-"""Of lines and between names of a legend, relative to the size of its font."""
+_GAP = 0.6
+"""Between names of a legend, relative to the size of its font."""
 ORDERS = 8
 """Orders that are drawn: those above are small where joint angles are those of lines."""
 
@@ -90,7 +88,7 @@ def orders(analysis: Analysis, wording: Wording) -> Figure:
     across = amplitudes(analysis.total.bearing_force[..., 1:])[shown]
     sizes = np.linalg.norm(across, axis=-1) * wording.measure("force").factor
     height = max(_height(analysis.shafts[1:]), _height(analysis.bearings))
-    drawn = sheet(2, size=(_WIDTH, 2 * height), share_x=True)
+    drawn = sheet(2, size=(WIDTH, 2 * height), share_x=True)
     for panel, label, names, values in (
         (drawn.panels[0], wording("angle error") + " [°]", analysis.shafts[1:], errors),
         (
@@ -115,7 +113,7 @@ def _over_turn(
     analysis: Analysis, wording: Wording, panels: Sequence[tuple[str, Sequence[str], Array]]
 ) -> Figure:
     height = max(_height(names) for _, names, _ in panels)
-    drawn = sheet(len(panels), size=(_WIDTH, len(panels) * height), share_x=True)
+    drawn = sheet(len(panels), size=(WIDTH, len(panels) * height), share_x=True)
     angle = np.rad2deg(analysis.position)
     for panel, (label, names, values) in zip(drawn.panels, panels, strict=True):
         for index, name in enumerate(names):
@@ -138,7 +136,7 @@ def _wrapped(name: str) -> str:
 def _height(names: Sequence[str]) -> float:
     """Return a height of axes [inch] beside which a legend of these names has room."""
     lines = sum(_wrapped(name).count("\n") + 1 for name in names)
-    return max(_PANEL, (_PITCH * lines + len(names) * _GAP) * _SMALL / 72.0 + 0.2)
+    return max(_PANEL, (LINE_PITCH * lines + len(names) * _GAP) * SMALL / 72.0 + 0.2)
 
 
 def _finish(panel: Axes, label: str, values: Array, wording: Wording) -> None:
@@ -152,7 +150,7 @@ def _finish(panel: Axes, label: str, values: Array, wording: Wording) -> None:
     elif values.size and float(np.abs(values).max()) < NOTHING:
         panel.set_ylim(-1.0, 1.0)
     panel.legend(
-        fontsize=_SMALL,
+        fontsize=SMALL,
         loc="center left",
         bbox_to_anchor=(1.0, 0.5),
         handlelength=2.4,

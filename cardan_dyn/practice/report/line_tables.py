@@ -11,15 +11,13 @@ import numpy as np
 from cardan_dyn.analytic.rules import RULES
 
 from ...drive_lines import Analysis, DriveLine, Phasing, Verdict, VerdictRow
-from ...kit.arrays import Array
+from ...kit.arrays import ROUNDED, Array
 from ...kit.errors import CardanError
 from ..drive_lines.line.fields import entries
 from ..drive_lines.line.supports import supports
 from ..drive_lines.verdict.rows import OPEN, STATED
 from ..drive_lines.wording import BY_UNIT, NONE, Wording
 
-ROUNDING = 1e-12
-"""Forces, relative to the greatest, that are the rounding of none."""
 _COLUMNS = 6
 """Columns of numbers that a sheet of paper has room for."""
 _PLACED = {
@@ -27,8 +25,6 @@ _PLACED = {
     *("tube", "spline", "centring", "bearings"),
 }
 """Fields of shafts that have tables of their own."""
-_STRESSES = {"shear_limit"}
-"""Fields of the dimension of moduli that are told as stresses."""
 
 
 class Listing(NamedTuple):
@@ -120,7 +116,8 @@ def _cell(value: Any, name: str, dimension: str, wording: Wording) -> str:
 
 
 def _dimension(name: str, dimension: str) -> str:
-    return "stress" if name in _STRESSES else dimension
+    # The only field of the dimension of moduli that is a stress.
+    return "stress" if name == "shear_limit" else dimension
 
 
 def _label(name: str) -> str:
@@ -142,13 +139,9 @@ def shaft_listing(line: DriveLine, wording: Wording) -> Listing:
                 NONE if k in (0, line.count) else wording.fixed(offset, "angle"),
             )
         )
-    angle = wording.unit("angle")
     header = (
-        wording("shaft"),
-        wording("length") + wording.unit("length"),
-        wording("slope side") + angle,
-        wording("slope plan") + angle,
-        wording("fork offset") + angle,
+        *_header(wording, ["shaft"], ["length"], "length"),
+        *_header(wording, [], ["slope side", "slope plan", "fork offset"], "angle"),
     )
     return Listing(wording("Shafts: geometry"), header, rows)
 
@@ -165,7 +158,7 @@ def joint_listing(line: DriveLine, wording: Wording) -> Listing:
         for name, column in zip(line.joint_names, angles.T, strict=True)
     ]
     names = ("bend side", "bend plan", "joint angle β", "plane offset", "fork phase")
-    header = (wording("joint"), *(wording(name) + wording.unit("angle") for name in names))
+    header = _header(wording, ["joint"], names, "angle")
     return Listing(wording("Joints: angles"), header, rows)
 
 
@@ -176,7 +169,7 @@ def place_listing(line: DriveLine, wording: Wording) -> Listing:
         for name, centre in zip(line.joint_names, line.geometry.centres, strict=True)
     ]
     names = ("x forward", "y to the left", "z up")
-    header = (wording("joint"), *(wording(name) + wording.unit("length") for name in names))
+    header = _header(wording, ["joint"], names, "length")
     return Listing(wording("Joints: places of their centres"), header, rows)
 
 
@@ -190,8 +183,7 @@ def end_listing(line: DriveLine, wording: Wording) -> Listing | None:
     if not rows:
         return None
     names = ("x forward", "y to the left", "z up")
-    axes = (wording(name) + wording.unit("length") for name in names)
-    header = (wording("shaft"), wording("end"), *axes)
+    header = _header(wording, ["shaft", "end"], names, "length")
     return Listing(wording("Ends of shafts as given"), header, rows, left=2)
 
 
@@ -214,13 +206,9 @@ def bearing_listing(line: DriveLine, wording: Wording) -> Listing:
             )
         )
     header = (
-        wording("bearing"),
-        wording("shaft"),
-        wording("distance") + wording.unit("length"),
-        wording("locating"),
-        wording("stiffness") + wording.unit("rigidity"),
-        wording("radial limit") + wording.unit("force"),
-        wording("axial limit") + wording.unit("force"),
+        *_header(wording, ["bearing", "shaft"], ["distance"], "length"),
+        *_header(wording, ["locating"], ["stiffness"], "rigidity"),
+        *_header(wording, [], ["radial limit", "axial limit"], "force"),
     )
     return Listing(wording("Bearings"), header, rows, left=2)
 
@@ -240,11 +228,9 @@ def motion_listing(analysis: Analysis, wording: Wording) -> Listing:
         if k
     ]
     header = (
-        wording("shaft"),
-        wording("angle error ±") + wording.unit("angle"),
-        wording("least speed ratio"),
-        wording("greatest speed ratio"),
-        wording("greatest acceleration") + wording.unit("angular_acceleration"),
+        *_header(wording, ["shaft"], ["angle error ±"], "angle"),
+        *_header(wording, ["least speed ratio", "greatest speed ratio"], [], "number"),
+        *_header(wording, [], ["greatest acceleration"], "angular_acceleration"),
     )
     return Listing(wording("Motion over a turn"), header, rows)
 
@@ -260,7 +246,7 @@ def moment_listing(analysis: Analysis, wording: Wording) -> Listing:
         for name, column in zip(analysis.joints, _cleared(sizes).T, strict=True)
     ]
     titles = ("torque before", "torque behind", "bending before", "bending behind")
-    header = (wording("joint"), *(wording(title) + wording.unit("torque") for title in titles))
+    header = _header(wording, ["joint"], titles, "torque")
     return Listing(wording("Greatest moments over a turn"), header, rows)
 
 
@@ -290,13 +276,21 @@ def extreme_listing(analysis: Analysis, verdict: Verdict, wording: Wording) -> L
         *("greatest across", "mean across", "greatest along"),
         *("across, all load cases", "along, all load cases"),
     )
-    header = (wording("bearing"), *(wording(title) + wording.unit("force") for title in titles))
+    header = _header(wording, ["bearing"], titles, "force")
     return Listing(wording("Bearing forces over a turn"), header, rows)
+
+
+def _header(
+    wording: Wording, plain: Sequence[str], measured: Sequence[str], dimension: str
+) -> tuple[str, ...]:
+    """Return titles of columns, those that are measured with the unit of their dimension."""
+    unit = wording.unit(dimension)
+    return (*map(wording, plain), *(wording(name) + unit for name in measured))
 
 
 def _cleared(sizes: Array) -> Array:
     """Return sizes, those of them 0 that are the rounding of none."""
-    return np.where(sizes < ROUNDING * sizes.max(initial=0.0), 0.0, sizes)
+    return np.where(sizes < ROUNDED * sizes.max(initial=0.0), 0.0, sizes)
 
 
 def best_forks(line: DriveLine, teeth: int | None = None) -> Phasing[DriveLine] | None:
@@ -319,7 +313,7 @@ def phasing_text(phasing: Phasing[DriveLine] | None, wording: Wording) -> str:
         wording.with_unit(wording.fixed(angle, "angle"), "angle")
         for angle in (phasing.given_value, phasing.value)
     )
-    if phasing.value > phasing.given_value - _EQUAL:
+    if now == best or phasing.value > phasing.given_value:
         return wording("The forks stand as well as they can: the residual angle is {now}.", now=now)
     proof = wording("the global optimum" if phasing.proven else "the best that was found")
     return wording(
@@ -331,10 +325,6 @@ def phasing_text(phasing: Phasing[DriveLine] | None, wording: Wording) -> str:
     )
 
 
-_EQUAL = np.radians(1e-3)
-"""Residual angles that differ by less are the same [rad]."""
-
-
 def phasing_listing(phasing: Phasing[DriveLine], wording: Wording) -> Listing:
     """Return a row per intermediate shaft: name, fork offset now and at the best."""
     offsets = zip(phasing.given.fork_offsets, phasing.fork_offsets, strict=True)
@@ -342,8 +332,7 @@ def phasing_listing(phasing: Phasing[DriveLine], wording: Wording) -> Listing:
         (name, wording.fixed(float(now), "angle"), wording.fixed(float(best), "angle"))
         for name, (now, best) in zip(phasing.line.shaft_names[1:-1], offsets, strict=True)
     ]
-    angle = wording.unit("angle")
-    header = (wording("shaft"), wording("fork offset") + angle, wording("best fork offset") + angle)
+    header = _header(wording, ["shaft"], ["fork offset", "best fork offset"], "angle")
     return Listing(wording("Forks"), header, rows)
 
 
@@ -394,11 +383,7 @@ def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> J
         bound = "≥" if row.limit.bound == "least" else "≤"
         limit = f"{bound} {wording.given_quantity(row.limit.value, dimension)}"
     source = wording.sentence(row.source) if row.limit or row.status == STATED else ""
-    remarks = [
-        f"{wording.sentence(item.what)} {wording.quantity(item.value, BY_UNIT[item.unit])}"
-        for item in row.inverses
-    ]
-    remarks += [wording.sentence(row.note)] if row.note else []
+    remarks = _told(row, wording)
     remarks += [f"! {wording.sentence(text)}" for text in row.broken if text not in left_out]
     return Judged(
         row.where or wording("whole line"),
@@ -414,6 +399,15 @@ def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> J
         wording.language if source != row.source else "en",
         remarks,
     )
+
+
+def _told(row: VerdictRow, wording: Wording) -> list[str]:
+    """Return what would meet the limit of a row, and what it notes."""
+    needed = [
+        f"{wording.sentence(item.what)} {wording.quantity(item.value, BY_UNIT[item.unit])}"
+        for item in row.inverses
+    ]
+    return [*needed, wording.sentence(row.note)] if row.note else needed
 
 
 def reserve(row: VerdictRow, wording: Wording) -> str:
@@ -443,7 +437,10 @@ def verdict_groups(verdict: Verdict, wording: Wording) -> list[Group]:
         for row in rows:
             if row.value is None or row.status == OPEN:
                 place = ", ".join(filter(None, [row.where, wording.sentence(row.quantity)]))
-                listed[row.status].append((place, wording.sentence(row.note)))
+                told = (
+                    [wording.sentence(row.note)] if row.value is not None else _told(row, wording)
+                )
+                listed[row.status].append((place, "; ".join(told)))
         found.append(
             Group(
                 wording(RULES[rule].title),

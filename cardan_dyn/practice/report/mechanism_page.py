@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Any
@@ -14,23 +14,31 @@ from ..._version import __version__
 from ...core.elements.link_loads import Wrench
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.sweep import Sweep
-from ...figures.style import axes_grid, line_style, require_matplotlib
+from ...figures.style import (
+    Figure,
+    axes_grid,
+    in_look,
+    line_style,
+    plain,
+    require_matplotlib,
+    sheet,
+)
+from ...figures.wrenches import QUANTITIES, along
 from ...kit.errors import ArgumentError, CardanError
 from ...kit.quantities import amount, number
+from ...scene.mechanism_report import MechanismReport
 from ..viewer.picture import picture
 from ..viewer.viewing import view
 from . import page
 from .described import described, mobility_grids, remarks_of
-from .extremes import RIGHT, Extreme
-from .findings import Findings, between, speed_text
+from .extremes import RIGHT, Extreme, quantities_of
+from .findings import Findings, between, compared, governing, speed_text
 from .grids import Grid, place, stem_of
 
 _MOST_DRAWN = 6
 """Joints of one figure: its lines and diagrams can still be told apart."""
 _MOST_COLUMNS = 8
 """Numbers that stand beside each other in a row of a table on paper."""
-_FRAMES = 181
-"""Positions of the moving scene."""
 _COURSES = {
     "axial": "Axial force",
     "shear": "Radial force",
@@ -38,11 +46,10 @@ _COURSES = {
     "bending": "Bending moment",
 }
 """Quantities that are drawn over the drive, and how captions call them."""
-_OF_WRENCHES = ("force", "axial", "shear", "moment", "torsion", "bending")
 
 
-def write(report: Findings, path: Path, with_scene: bool) -> Path:
-    """Write the page; see `Report.save`.
+def write(reports: Sequence[Findings], labels: Sequence[str], path: Path, with_scene: bool) -> Path:
+    """Write the page of a case without a label, or of several; see `Report.save`.
 
     Raises:
         MissingExtraError: Matplotlib, Jinja or meshcat is not installed.
@@ -50,81 +57,152 @@ def write(report: Findings, path: Path, with_scene: bool) -> Path:
         CardanError: the mechanism cannot be described.
     """
     require_matplotlib()
-    found, sweep = report.description, report.sweep
-    content: dict[str, Any] = {
-        "stem": stem_of(report.mechanism.name),
-        "summary": _summary(report),
-        "headline": _headline(report),
-        "drawing": _drawing(report),
-        "warnings": _warnings(report),
-        "case": _case(report),
-        "said": report.said,
-        "case_grids": [] if sweep is None else list(_acting(sweep)),
-        "sweep": sweep is not None,
-        "mobility": _mobility(report),
-        "mobility_remarks": list(remarks_of(found)),
-        "mobility_grids": [*mobility_grids(found), *_drives(report)],
-        "described": described(report.mechanism),
-        "left_out": report.mechanism.warnings,
-        "proof": _proof(report),
-        "proof_remarks": _proof_remarks(report),
-        "versions": [
-            ("cardan_dyn", __version__),
-            *((name, version_of(name)) for name in ("pin", "numpy", "matplotlib")),
-            ("Python", platform.python_version()),
-            ("SHA-256 of the description", report.sha256),
-        ],
-    }
-    if sweep is not None:
-        content |= _extremes(report) | _figures(report, sweep, with_scene)
-    source = report.mechanism.description.text
+    first, mechanism = reports[0], reports[0].mechanism
+    found, headline = first.description, governing(reports)
+    # Figures are those of cases that govern something, and one scene alone, which is a megabyte.
+    drawn = [case for case, _ in headline] or [0]
+    source = mechanism.description.text
     file = "" if source is None or source.path is None else source.path.name
     block = [
-        ("Mechanism", report.mechanism.name),
-        ("Project", report.project),
-        ("Author", report.author),
-        ("Date", report.date),
-        ("Revision", report.revision),
-        ("Description", f"{file or 'text'}, SHA-256 {report.sha256[:8]}…"),
+        ("Mechanism", mechanism.name),
+        ("Project", first.project),
+        ("Author", first.author),
+        ("Date", first.date),
+        ("Revision", first.revision),
+        ("Description", f"{file or 'text'}, SHA-256 {first.sha256[:8]}…"),
     ]
     return page.write(
         path,
         "mechanism.html",
-        title=report.title,
+        title=first.title,
         title_block=[(name, value or "–") for name, value in block],
-        **content,
+        stem=stem_of(mechanism.name),
+        summary=_summary(reports),
+        headline=_headline(reports, labels, headline),
+        drawing=_drawing(first),
+        warnings=_warnings(reports),
+        side_by_side=_side_by_side(reports, labels, [item for _, item in headline])
+        if labels
+        else None,
+        cases=[
+            _case_parts(report, label, index in drawn, with_scene and index == drawn[0])
+            for index, (report, label) in enumerate(zip(reports, labels or [""], strict=True))
+        ],
+        mobility=_mobility(found),
+        mobility_remarks=list(remarks_of(found)),
+        mobility_grids=[*mobility_grids(found), *_drives(found)],
+        described=described(mechanism),
+        left_out=mechanism.warnings,
+        versions=[
+            ("cardan_dyn", __version__),
+            *((name, version_of(name)) for name in ("pin", "numpy", "matplotlib")),
+            ("Python", platform.python_version()),
+            ("SHA-256 of the description", first.sha256),
+        ],
     )
 
 
-def _summary(report: Findings) -> str:
+def _case_parts(report: Findings, label: str, is_drawn: bool, with_scene: bool) -> dict[str, Any]:
+    """Return what the page shows of a case, with figures or without."""
+    sweep = report.sweep
+    parts = {
+        "label": label,
+        "case": _case(report),
+        "said": report.said,
+        "drawn": sweep is not None and is_drawn,
+        "proof": _proof(report, label),
+        "proof_remarks": _proof_remarks(report),
+    }
+    if sweep is None:
+        return parts
+    shown = {"case_grids": list(_acting(sweep))} | _extremes(report)
+    return parts | shown | (_figures(report, sweep, with_scene) if is_drawn else {})
+
+
+def _side_by_side(
+    reports: Sequence[Findings], labels: Sequence[str], told: Sequence[Extreme]
+) -> dict[str, Any]:
+    """Return what acts in all cases beside each other, as a table and a figure."""
+    rows = []
+    for row in compared(reports):
+        first = next(item for item in row if item is not None)
+        sizes = [item.ends[0][0] if item else 0.0 for item in row]
+        rows.append((first.owner, first.quantity, first.unit, sizes))
+    parts = [slice(start, start + _MOST_COLUMNS) for start in range(0, len(labels), _MOST_COLUMNS)]
+    drawn = [report.drawn[0] for report in reports]
+    courses = [sweep for sweep in drawn if sweep is not None and len(sweep.coordinates) == 1]
+    is_drawn = told and len(courses) == len(reports)
+    return {
+        "grids": [
+            Grid(
+                f"load_cases_{index}",
+                "Greatest in size, by load case",
+                ("of", "quantity", "unit", *labels[part]),
+                [(*names, *sizes[part]) for *names, sizes in rows],
+                unit=2,
+            )
+            for index, part in enumerate(parts, 1)
+        ],
+        "figure": page.image(_courses(courses, labels, told)) if is_drawn else "",
+    }
+
+
+@in_look
+def _courses(sweeps: Sequence[Sweep], labels: Sequence[str], told: Sequence[Extreme]) -> Figure:
+    """Draw quantities over the drive, axes for each and a line for each case."""
+    shown = told[:_MOST_DRAWN]
+    drawn = sheet(len(shown), size=(7.2, 1.0 + 1.8 * len(shown)), share_x=True)
+    for index, (sweep, label) in enumerate(zip(sweeps, labels, strict=True)):
+        values = {(one.owner, one.name): one.values for one in quantities_of(sweep)}
+        at = along(sweep, sweep.coordinates[0])
+        for panel, item in zip(drawn.panels, shown, strict=True):
+            course = values[item.owner, item.quantity](sweep)
+            panel.plot(at.values, course, **line_style(index), label=plain(label))
+            panel.set_ylabel(f"{plain(item.owner)}\n{item.quantity} [{item.unit}]")
+    drawn.over(at)
+    return drawn.finish()
+
+
+def _summary(reports: Sequence[Findings]) -> str:
     """Return in one line what there is, what moves it and what acts."""
+    report = reports[0]
     found = report.description
     text = (
         f"{report.mechanism.name}: {_count(len(report.mechanism.links), 'link')}, "
         f"{_count(len(report.mechanism.joints), 'joint')}, "
         f"{_count(len(report.mechanism.loops), 'loop')}, mobility {found.mobility}."
     )
-    if report.sweep is None:
+    if len(reports) > 1:
+        common = [
+            line for line in report.case_lines if all(line in one.case_lines for one in reports)
+        ]
+        text += f" {len(reports)} load cases{': ' * bool(common)}{'; '.join(common)}."
+    elif report.sweep is None:
         return text
-    text += f" {'Driven: ' * bool(report.drives)}{'; '.join(report.case_lines)}."
-    if not report.acts:
+    else:
+        text += f" {'Driven: ' * bool(report.drives)}{'; '.join(report.case_lines)}."
+    told = [item for one in reports for item in one.told]
+    if not told:
         return f"{text} Nothing acts: there is no load, weight, inertia or element in this case."
-    if not any(item.quantity in _OF_WRENCHES for item in report.told):
+    if not any(item.quantity in QUANTITIES for item in told):
         # As where a coupling passes on all that acts, or the outputs leave wrenches out.
-        is_known = all(item.determined for item in report.extremes)
+        is_known = all(item.determined for one in reports for item in one.extremes)
         text += " Joints carry nothing." if is_known else " What joints carry is not known."
-    elif not report.headline:
+    elif not governing(reports):
         text += " Statics determines nothing of what joints carry."
-    return f"{text} There are doubts, see below." if report.doubts else text
+    return f"{text} There are doubts, see below." if any(one.doubts for one in reports) else text
 
 
-def _headline(report: Findings) -> Grid | None:
-    """Return how big what joints are sized by is, and where."""
+def _headline(
+    reports: Sequence[Findings], labels: Sequence[str], found: Sequence[tuple[int, Extreme]]
+) -> Grid | None:
+    """Return how big what joints are sized by is, where, and in which of several cases."""
     rows = []
-    for item in report.headline:
+    for case, item in found:
         (most, place), _ = item.ends
-        rows.append((item.quantity, item.unit, most, item.owner, report.at(place)))
-    header = ("quantity", "unit", "greatest in size", "in", "at")
+        row = (item.quantity, item.unit, most, item.owner, reports[case].at(place))
+        rows.append((*row, labels[case]) if labels else row)
+    header = ("quantity", "unit", "greatest in size", "in", "at", *["load case"] * bool(labels))
     return Grid("headline", "What joints are sized by", header, rows, unit=1) if rows else None
 
 
@@ -132,18 +210,26 @@ def _sentence(text: str) -> str:
     return text and f"{text[0].upper()}{text[1:]}."
 
 
+def _of(text: str, label: str) -> str:
+    """Return a heading of one of several cases."""
+    return f"{text}, {label}" if label else text
+
+
 def _count(count: int, name: str) -> str:
     return f"{count} {name}{'s' * (count != 1)}"
 
 
-def _warnings(report: Findings) -> list[str]:
-    """Return what has to be known before any number is used."""
-    found = list(report.doubts)
-    if report.sweep is not None and report.left_open:
-        found.insert(0, _sentence(report.sweep.left_open.brief))
-    if report.description.is_counted:
+def _warnings(reports: Sequence[Findings]) -> list[str]:
+    """Return what has to be known before any number is used, once where cases have it in common."""
+    found = [
+        _sentence(report.sweep.left_open.brief)
+        for report in reports
+        if report.sweep is not None and report.left_open
+    ]
+    found += [doubt for report in reports for doubt in report.doubts]
+    if reports[0].description.is_counted:
         found.append("Ranks were counted, not measured.")
-    return found
+    return list(dict.fromkeys(found))
 
 
 def _case(report: Findings) -> list[tuple[str, str]]:
@@ -213,8 +299,7 @@ def _acting(sweep: Sweep) -> Iterator[Grid]:
         yield Grid("elements", "Force elements", ("element", "kind", "data"), listed_elements)
 
 
-def _mobility(report: Findings) -> list[tuple[str, str]]:
-    found = report.description
+def _mobility(found: MechanismReport) -> list[tuple[str, str]]:
     return [
         ("mobility", str(found.mobility)),
         ("joint coordinates", str(found.coordinates)),
@@ -226,10 +311,10 @@ def _mobility(report: Findings) -> list[tuple[str, str]]:
     ]
 
 
-def _drives(report: Findings) -> Iterator[Grid]:
+def _drives(found: MechanismReport) -> Iterator[Grid]:
     """Yield how the mechanism can be driven, and over which range."""
     try:
-        drives = report.description.drives
+        drives = found.drives
     except CardanError:
         return
     rows = []
@@ -263,8 +348,10 @@ def _extremes(report: Findings) -> dict[str, Any]:
     if not report.acts:
         return {}
     acting = report.told
-    wrenches = [item for item in acting if item.quantity in _OF_WRENCHES]
-    others = [item for item in acting if item.quantity not in _OF_WRENCHES]
+    # What joints can be sized by comes first.
+    acting = sorted(acting, key=lambda item: not item.determined)
+    wrenches = [item for item in acting if item.quantity in QUANTITIES]
+    others = [item for item in acting if item.quantity not in QUANTITIES]
     zero: dict[str, list[str]] = {}
     for item in report.extremes:
         if not item.acts and item.determined:
@@ -307,7 +394,8 @@ def _extreme(report: Findings, item: Extreme) -> tuple[Any, ...]:
     mark = " *" * (not item.determined) + " ?" * (not item.settled)
     (most, first), (other, last) = item.ends
     what = (item.owner, f"{item.quantity}{mark}", item.unit)
-    return *what, most, report.at(first, word=""), other, report.at(last, word="")
+    ends = (other, report.at(last, word="")) if len(last) else ("", "")
+    return *what, most, report.at(first, word=""), *ends
 
 
 def _places(report: Findings) -> Grid | None:
@@ -330,10 +418,10 @@ def _places(report: Findings) -> Grid | None:
     return Grid("positions", caption, header, [(str(index), *row) for index, row in rows])
 
 
-def _proof(report: Findings) -> Grid | None:
+def _proof(report: Findings, label: str) -> Grid | None:
     rows = [(name, f"{value:.1e}", text) for name, value, text in report.judgement]
     return (
-        Grid("proof", "Residuals and condition", ("what", "value", "which means"), rows)
+        Grid("proof", _of("Residuals and condition", label), ("what", "value", "which means"), rows)
         if rows
         else None
     )
@@ -369,13 +457,13 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
     found: dict[str, Any] = {"courses": [], "polars": [], "no_orders": report.no_orders}
     drawn, told = report.drawn
     if with_scene and report.drives:
-        shown = view(sweep, title=report.title, frames=_FRAMES)
+        shown = view(sweep, title=report.title, frames=page.FRAMES)
         found["scene"] = shown.embedded()
     if drawn is None or not (report.acts and report.drives):
         return found
     acting: dict[str, set[str]] = {}
     for item in report.extremes:
-        if item.acts and item.quantity in _OF_WRENCHES:
+        if item.acts and item.quantity in QUANTITIES:
             acting.setdefault(item.owner, set()).add(item.quantity)
     joints = [name for name in bearings(sweep) if name in acting] or list(acting)
     for quantity, text in _COURSES.items():

@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import io
 import os
+import re
 from collections.abc import Iterable
 from datetime import UTC, date, datetime
 from pathlib import Path
@@ -18,6 +19,10 @@ from ...figures.style import LOOK, Figure
 from ...kit.checks import writing
 from ...kit.errors import MissingExtraError
 
+_BREAKS = re.compile(r"(?<=_)(?=.)|(?<=[a-z][.:])(?=[A-Za-z])|(?<=[a-z])(?=[A-Z][a-z])")
+"""Between the words of a name."""
+FRAMES = 181
+"""Positions of a moving scene."""
 EPOCH = "SOURCE_DATE_EPOCH"
 """Environment variable [s since 1970] that builds set to be reproducible."""
 
@@ -110,7 +115,7 @@ def css_text(text: str) -> Any:
 
 
 def soft(text: object) -> Any:
-    """Return a text that may break behind underscores, as the names of joints and links have."""
+    """Return a text whose names, as joints and links have them, may break between their words."""
     from markupsafe import Markup, escape
 
-    return Markup(str(escape(text)).replace("_", "_<wbr>"))
+    return Markup("<wbr>").join(escape(part) for part in _BREAKS.split(str(text)))

@@ -55,13 +55,13 @@ class Report(Findings):
             if len(case.shape) != 1:
                 raise ArgumentError(
                     f"a report is on a sweep over one dimension, not of shape {case.shape}; sweep "
-                    "one design at a time"
+                    "one design, or one load case, at a time"
                 )
             mechanism, found = case.mechanism, Case(case, ())
         else:
             raise ArgumentError(
                 f"a report is on a sweep, or on a mechanism from load(), not on a "
-                f"{type(case).__name__}"
+                f"{type(case).__name__}; several load cases go into cd.Reports([sweep, …])"
             )
         self._take(mechanism, found, title, project, author, date, revision)
 
@@ -101,4 +101,4 @@ class Report(Findings):
             return super().save(target)
         from .mechanism_page import write  # Imported here: it draws.
 
-        return write(self, target, with_scene)
+        return write([self], [], target, with_scene)

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, overload
+from typing import Any, NamedTuple
 
 import numpy as np
-
-_SHOWN = ("scene", "quantity", "formula", "worst error", "tolerance", "verdict")
-"""Columns of the table of verdicts."""
 
 
 @dataclass(frozen=True)
@@ -57,15 +53,14 @@ class Row(NamedTuple):
     passed: bool
 
 
-class Comparisons(Sequence[Comparison]):
-    """Comparisons in the order in which they were made; a notebook shows them as a table.
+class Comparisons(tuple[Comparison, ...]):
+    """Comparisons in the order in which they were made; a notebook shows them as a table."""
 
-    Args:
-        comparisons: to be kept.
-    """
+    __slots__ = ()
 
-    def __init__(self, comparisons: Iterable[Comparison]) -> None:
-        self._comparisons = tuple(comparisons)
+    def __getitem__(self, index: Any) -> Any:
+        found = super().__getitem__(index)
+        return Comparisons(found) if isinstance(index, slice) else found
 
     @property
     def passed(self) -> bool:
@@ -92,24 +87,9 @@ class Comparisons(Sequence[Comparison]):
             for (quantity, source), items in quantities.items()
         ]
 
-    @overload
-    def __getitem__(self, index: int) -> Comparison: ...
-    @overload
-    def __getitem__(self, index: slice) -> Comparisons: ...
-    def __getitem__(self, index: int | slice) -> Comparison | Comparisons:
-        if isinstance(index, slice):
-            return Comparisons(self._comparisons[index])
-        return self._comparisons[index]
-
-    def __iter__(self) -> Iterator[Comparison]:
-        return iter(self._comparisons)
-
-    def __len__(self) -> int:
-        return len(self._comparisons)
-
     def __repr__(self) -> str:
-        table = [_SHOWN, *map(_texts, self.rows())]
-        widths = [max(len(line[column]) for line in table) for column in range(len(_SHOWN))]
+        table = [self._header, *map(_texts, self.rows())]
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
         lines = (
             "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
             for line in table
@@ -120,7 +100,11 @@ class Comparisons(Sequence[Comparison]):
         from ...kit.markup import element, table  # Imported here: only notebooks show it.
 
         rows = (_texts(row) for row in self.rows())
-        return f"<div>{table(_SHOWN, rows)}{element('p', self._verdict())}</div>"
+        return f"<div>{table(self._header, rows)}{element('p', self._verdict())}</div>"
+
+    @property
+    def _header(self) -> tuple[str, ...]:
+        return "scene", "quantity", "formula", "worst error", "tolerance", "verdict"
 
     def _verdict(self) -> str:
         failed = sum(not comparison.passed for comparison in self)

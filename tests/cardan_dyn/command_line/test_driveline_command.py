@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -219,3 +220,55 @@ def test_says_on_the_page_whose_it_is_in_other_words_and_units(tmp_path: Path) -
         assert told in text
     wrong = CliRunner().invoke(cli.main, ["driveline", "pto", "--date", "31.1.2026"])
     assert wrong.exit_code and "such as 2026-01-31" in str(wrong.output) + str(wrong.exception)
+
+
+def test_required_ratings_stand_there_before_any_is_given(tmp_path: Path) -> None:
+    """As the inverse of a row that has a rating, whatever that is; without a life it is asked."""
+    line = DriveLine.from_toml("truck")
+    bare = [replace(joint, rated_torque=None, capacity=None) for joint in line.joints]
+    for kind in ("rated_torque", "capacity"):
+        rated = line.replace(joints=[replace(joint, **{kind: 1e3}) for joint in bare])
+        given, wanted = (
+            {
+                (row.where, str(one))
+                for row in item.verdict()
+                if row.rule in ("joint_life", "duty_cycle") and row.status != "stated"
+                for one in row.inverses
+            }
+            for item in (rated, line.replace(joints=bare))
+        )
+        assert given and given <= wanted
+    file = tmp_path / "bare.toml"
+    file.write_text(line.replace(joints=bare).to_toml(), encoding="utf-8")
+    found = run(str(file))
+    told = " ".join(found.output.split())
+    for where, text in wanted:
+        assert text in told.partition(f"OPEN {where}: B10 life: ")[2].partition("OPEN")[0]
+    assert "give rated_torque or capacity of the joint" in told
+    assert "not judged joint_1, joint_2, joint_3: joint angle, continuous, PTO" in told
+    file.write_text(line.replace(joints=bare, life=None).to_toml(), encoding="utf-8")
+    assert "give life of the line" in " ".join(run(str(file)).output.split())
+
+
+def test_a_page_is_in_the_units_of_its_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cardan_dyn.practice.report.page.image", lambda figure: "data:,")
+    text = DriveLine.from_toml("pto").to_toml()
+    # Other units stay as they are: most decide.
+    inches = re.sub(
+        r"_mm = (\S+)$",
+        lambda found: f" = '{float(found[1]) / 25.4!r}\"'",
+        text,
+        flags=re.MULTILINE,
+    )
+    inches = re.sub(r"_nm = (\S+)$", r" = '\1 lbf·ft'", inches, flags=re.MULTILINE)
+    assert inches.count("\"'") > 10 and "_kg = " in inches
+    for content, unit, other in ((text, "[mm]", "[in]"), (inches, "[in]", "[mm]")):
+        file, page = tmp_path / "line.toml", tmp_path / "page.html"
+        file.write_text(content, encoding="utf-8")
+        assert run(str(file), "--page", str(page), "--no-scene").exit_code == 0
+        shown = page.read_text("utf-8")
+        assert unit in shown and other not in shown
+    assert run(str(file), "--page", str(page), "--no-scene", "--units", "si").exit_code == 0
+    assert "[mm]" in page.read_text("utf-8")

@@ -69,3 +69,19 @@ def test_errors_are_messages(
     assert found.exit_code == 2
     assert said in found.output and "Traceback" not in found.output
     assert not list(tmp_path.iterdir())
+
+
+def test_several_speeds_and_loads_are_load_cases(tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    file = tmp_path / "cases.csv"
+    found = run(
+        *("four_bar", "--speed", "100,200rad/s", "--load", "rocker_bearing=-5,-10,5"),
+        *("--samples", 40, "--out", file),
+    )
+    assert found.exit_code == 0, found.output
+    assert "four_bar: 6 load cases" in found.output
+    assert "100 1/min, -10 N·m at rocker_bearing" in found.output
+    frame = pandas.read_csv(file)
+    assert frame.case.nunique() == 6
+    rows = frame[(frame.owner == "rocker_bearing") & (frame.quantity == "torsion")]
+    assert sorted(set(rows.greatest.round(9))) == [-10.0, -5.0, 5.0]

@@ -34,7 +34,7 @@ UNITS = {
     "mm": 1e-3,
     "in": 0.0254,
     "°": math.pi / 180.0,
-    "min⁻¹": 2.0 * math.pi / 60.0,
+    "1/min": 2.0 * math.pi / 60.0,
     "rpm": 2.0 * math.pi / 60.0,
     "°/min": math.pi / 180.0 * 2.0 * math.pi / 60.0,
     "rad/s²": 1.0,

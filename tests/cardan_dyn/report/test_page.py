@@ -56,3 +56,14 @@ def test_equal_figures_give_equal_images() -> None:
         texts.add(page.image(figure))
     (text,) = texts
     assert text.startswith("data:image/svg+xml;base64,")
+
+
+def test_names_break_between_their_words_alone() -> None:
+    pytest.importorskip("markupsafe", reason="it is a page")
+    for text, parts in {
+        "coupling_shaft": ("coupling_", "shaft"),
+        "leftUpperArm.turn_1": ("left", "Upper", "Arm.", "turn_", "1"),
+        "1.352 kN·m at 0.5 1/min": ("1.352 kN·m at 0.5 1/min",),
+        "I<xx>_a": ("I&lt;xx&gt;_", "a"),
+    }.items():
+        assert page.soft(text) == "<wbr>".join(parts)

@@ -34,13 +34,13 @@ def test_texts_of_a_report() -> None:
         "  7 joint coordinates, 6 independent closure equations",
         "  loops: URDF+ <loop>; characteristic length 0.25 m",
         "  loop <i>pin (continuous): rank 3 of 6, 3 redundant by itself",
-        "    leaves open at a<: force xyz",
-        "    leaves open at b: moment x",
         "  loop bolt (fixed): rank 6 of 6, 0 redundant by itself",
+        "  leaves open at a<: force xyz",
+        "  leaves open at b: moment x",
         "  can be driven or held: <i>pin, bolt.x, bolt.y",
         "  component <i>pin, bolt: mobility 1 of 7 coordinates, 6 independent equations, "
         "6 self-stresses",
-        "  idle rod at up, down: it may spin about its line and needs no drive",
+        "  idle rod at up – down: it may spin about its line and needs no drive",
         "  the description's zero is a singular configuration of <i>pin, bolt: "
         "only 5 of 6 equations are independent there",
         "  warning: mass < 0",
@@ -60,7 +60,7 @@ def test_notebooks_show_escaped_texts() -> None:
         "<ul><li>can be driven or held: &lt;i&gt;pin, bolt.x, bolt.y</li>"
         "<li>component &lt;i&gt;pin, bolt: mobility 1 of 7 coordinates, 6 independent equations, "
         "6 self-stresses</li>"
-        "<li>idle rod at up, down: it may spin about its line and needs no drive</li>"
+        "<li>idle rod at up – down: it may spin about its line and needs no drive</li>"
         "<li>the description&#x27;s zero is a singular configuration of &lt;i&gt;pin, bolt: "
         "only 5 of 6 equations are independent there</li><li>warning: mass &lt; 0</li></ul></div>"
     )

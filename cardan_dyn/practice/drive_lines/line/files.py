@@ -5,13 +5,16 @@ A quantity `length` stands as `length_mm = 900` or as `length = "900 mm"`, see `
 
 from __future__ import annotations
 
+import itertools
+import re
+from collections.abc import Iterator
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
 from ....kit.checks import described, file_path, writing
 from ....kit.errors import ModelError, choices
-from ....kit.units import DIMENSIONS, Unit, keys, plain, si, spellings, written
+from ....kit.units import DIMENSIONS, Unit, is_of_usa, keys, plain, si, spellings, written
 from ....kit.units import read as read_unit
 from .fields import Entry, entries, items, meanings, number
 
@@ -43,6 +46,31 @@ def read(source: str | PathLike[str], kind: Any) -> Any:
         return _dataclass(table, kind, "")
     except ModelError as error:
         raise ModelError(f"{where}: {error}") from error
+
+
+def is_customary(source: str | PathLike[str]) -> bool:
+    """Return whether most of a file that could be in units of the USA is in them."""
+    import tomlkit
+
+    found = [is_of_usa(unit) for unit in _units_in(tomlkit.parse(_text(source)[0]).unwrap())]
+    return 2 * sum(found) > len(found)
+
+
+def _units_in(item: object, key: str = "") -> Iterator[Unit]:
+    """Yield the units of what stands in a file: behind the names of fields, or the numbers."""
+    if isinstance(item, dict):
+        for name, value in item.items():
+            yield from _units_in(value, name)
+    elif isinstance(item, list):
+        for value in item:
+            yield from _units_in(value, key)
+    else:
+        spelled = re.sub(_NUMBER, "", item).strip() if isinstance(item, str) else ""
+        for unit in itertools.chain(*(of for of in DIMENSIONS.values() if any(map(is_of_usa, of)))):
+            is_said = plain(spelled) in map(plain, unit.spellings)
+            if is_said or (not spelled and key.endswith(f"_{unit.suffix}")):
+                yield unit
+                return
 
 
 def _text(source: str | PathLike[str]) -> tuple[str, str]:

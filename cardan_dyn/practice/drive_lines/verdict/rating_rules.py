@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -132,9 +133,17 @@ def _life(case: Case, k: int) -> Iterator[VerdictRow]:
     if joint.kind != "cross":
         yield stated(row, "the rule is that of joints with a cross; ask the maker of the joint")
         return
+    duty = [point for point in points if not point.steady]
     if not kinds or not points:
         missing = "give speed and torque" if kinds else "give rated_torque or capacity of the joint"
-        yield opened(row, missing)
+        if line.life is None:
+            missing = f"{missing}; give life of the line"
+        beta = float(line.joint_angles[k])
+        # What a catalogue is searched for, before any rating is known.
+        needed = [
+            _needed(case, kind, duty or points, beta) for kind in ("rated_torque", "capacity")
+        ]
+        yield opened(replace(row, inverses=tuple(itertools.chain(*needed))), missing)
         return
     limit = None if line.life is None else Limit(line.life, "s", "life of the line", "least")
     missing = "give life of the line"
@@ -147,7 +156,6 @@ def _life(case: Case, k: int) -> Iterator[VerdictRow]:
                     yield stated(held, "the duty cycle is judged")
                 else:
                     yield judged(held, limit, missing)
-        duty = [point for point in points if not point.steady]
         if duty and any(point.speed for point in duty):
             yield judged(_duty_life(case, k, kind, duty), limit, missing)
         elif duty:

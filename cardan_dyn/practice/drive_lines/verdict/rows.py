@@ -10,25 +10,13 @@ from cardan_dyn.analytic.limits import Limit
 from cardan_dyn.analytic.rules import RULES
 
 from ....kit.quantities import amount
+from ..wording import BY_UNIT, Wording
 
 PASS, FAIL, OPEN, STATED = "pass", "fail", "open", "stated"
 
 ROUNDING = 1e-9
 """Relative overrun of a limit that is still the limit itself, and part of a size that is nothing
 beside it: rounding, and that of sources."""
-_SHOWN = {
-    "rad": ("°", 180.0 / math.pi),
-    "rad/s": ("1/min", 30.0 / math.pi),
-    "rad^2/s": ("°/min", 5400.0 / math.pi**2),
-    "Pa": ("MPa", 1e-6),
-    "m": ("mm", 1e3),
-    "s": ("h", 1.0 / 3600.0),
-    "kg m": ("g·mm", 1e6),
-    "rad/s^2": ("rad/s²", 1.0),
-    "N m": ("N·m", 1.0),
-    "N m/rad": ("N·m/rad", 1.0),
-    "1": ("", 1.0),
-}
 
 
 class Inverse(NamedTuple):
@@ -182,8 +170,8 @@ def _noted(row: VerdictRow, text: str) -> VerdictRow:
 
 def as_text(value: float, unit: str) -> str:
     """Return a value of SI units in the unit that engineers use."""
-    name, factor = _SHOWN.get(unit, (unit, 1.0))
-    return amount(value * factor, name)
+    measure = Wording().measure(BY_UNIT[unit])
+    return amount(value * measure.factor, measure.unit)
 
 
 def _text_or_none(value: float | None, unit: str) -> str:

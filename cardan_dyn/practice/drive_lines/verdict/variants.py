@@ -18,8 +18,6 @@ from ..line.supports import spline_distance, supports
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-_QUARTER = np.pi / 2
-
 
 class Adjustable(NamedTuple):
     """A joint of the description that designs may move; see `closed_chain`.
@@ -101,8 +99,8 @@ def variants(
     given: dict[Adjustable, Array] = {}
     if angles is not None:
         values = _columns("angles", angles, line.count)
-        if not np.all((values >= 0.0) & (values < _QUARTER)):
-            worst = values[~((values >= 0.0) & (values < _QUARTER))][0]
+        if not np.all((values >= 0.0) & (values < np.pi / 2)):
+            worst = values[~((values >= 0.0) & (values < np.pi / 2))][0]
             raise ArgumentError(
                 f"angles has {worst:.6g}, expected joint angles from 0 to below π/2 rad: a "
                 "universal joint passes on no rotation at 90°"

@@ -1,0 +1,125 @@
+"""Reports on load cases side by side: what governs, against the arrays of the sweeps."""
+
+from __future__ import annotations
+
+import html
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
+TURN = np.linspace(0.0, 2.0 * np.pi, 361)
+
+
+def swept(*cases: tuple[float, float]) -> list[cd.Sweep]:
+    """Return sweeps of a slider-crank at speeds and forces on its piston."""
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
+    return [
+        scene.replace(loads={"piston_guide": force}).sweep(TURN, speed=speed)
+        for speed, force in cases
+    ]
+
+
+CASES = [(speed, force) for speed in (20.0, 90.0) for force in (-300.0, -100.0, 0.0, 400.0)]
+
+
+def test_the_headline_is_the_greatest_of_all_sweeps() -> None:
+    """By the arrays alone: shear of each joint, and the torque of the crank."""
+    sweeps = swept(*CASES)
+    found = {item.quantity: (case, item) for case, item in cd.Reports(sweeps).headline}
+    for quantity, of in {
+        "shear": lambda sweep: {
+            name: np.abs(sweep[name].shear).max()
+            for name in ("crank_bearing", "crank_pin", "piston_pin")
+        },
+        "drive effort": lambda sweep: {"crank_bearing": np.abs(sweep.drive_effort).max()},
+        "axial": lambda sweep: {"piston_guide": np.abs(sweep["piston_guide"].axial).max()},
+    }.items():
+        sizes = {
+            (case, name): size
+            for case, sweep in enumerate(sweeps)
+            for name, size in of(sweep).items()
+        }
+        case, item = found[quantity]
+        assert item.size == pytest.approx(max(sizes.values()), rel=1e-4)
+        assert sizes[case, item.owner] >= max(sizes.values()) * (1.0 - 1e-12)
+        assert item.determined
+    assert "torsion" not in found  # That of the crank is its drive effort.
+
+
+def test_cases_are_called_by_what_tells_them_apart() -> None:
+    assert cd.Reports(swept((90.0, 0.0), (90.0, -50.0))).labels == (
+        "0 N at piston_guide",
+        "-50 N at piston_guide",
+    )
+    assert cd.Reports(swept((60.0, 5.0), (90.0, 5.0))).labels == ("573 1/min", "859.4 1/min")
+    assert cd.Reports(swept((60.0, 5.0), (60.0, 5.0))).labels == ("case 1", "case 2")
+    gravity = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", gravity=(0.0, -9.81, 0.0))
+    labels = cd.Reports([*swept((0.0, 5.0)), gravity.sweep(TURN)]).labels
+    assert labels == ("5 N at piston_guide", "gravity")
+
+
+def test_text_and_table_have_every_case() -> None:
+    sweeps = swept(*CASES[:4])
+    reports = cd.Reports(sweeps, ["a", "b", "c", "d"])
+    lines = str(reports).splitlines()
+    row = next(line for line in lines if line.strip().startswith("shear  ") and ":" not in line)
+    sizes = [np.abs(sweep["crank_bearing"].shear).max() for sweep in sweeps]
+    np.testing.assert_allclose([float(text) for text in row.split()[1:5]], sizes, rtol=2e-3)
+    assert sum("not determined by statics" in line for line in lines) == 1
+    frame = reports.to_dataframe()
+    for case, sweep in zip("abcd", sweeps, strict=True):
+        rows = frame[(frame.case == case) & (frame.owner == "piston_guide")]
+        (least,) = rows[rows.quantity == "axial"].least
+        assert least == pytest.approx(sweep["piston_guide"].axial.min(), abs=1e-9)
+
+
+def test_page_shows_each_case(tmp_path: Path) -> None:
+    pytest.importorskip("jinja2", reason="it is a page")
+    reports = cd.Reports(swept((20.0, 5.0), (90.0, 5.0)), title="two speeds")
+    text = html.unescape(reports.save(tmp_path / "page.html", scene=False).read_text("utf-8"))
+    plain = re.sub(r"<[^>]*>", "", text)
+    assert plain.count("two speeds") >= 2 and "2 load cases: crank_bearing 0° … 360°" in plain
+    assert "Load cases side by side" in plain
+    for label in reports.labels:
+        assert f"Case: {label}" in plain and f"Residuals and condition, {label}" in plain
+    # Everything is greatest at the higher speed: figures are of that case alone.
+    assert {case for case, _ in reports.headline} == {1}
+    assert plain.count("Polar diagrams of bearings") == 1
+
+
+def test_more_cases_than_a_sheet_is_wide_are_several_tables(tmp_path: Path) -> None:
+    pytest.importorskip("jinja2", reason="it is a page")
+    reports = cd.Reports(swept(*((10.0 * k, 5.0) for k in range(1, 10))))
+    text = reports.save(tmp_path / "page.html", scene=False).read_text("utf-8")
+    assert text.count("Greatest in size, by load case") == 2
+
+
+@pytest.mark.parametrize(
+    ("cases", "labels", "said"),
+    [
+        ([], (), "no load case"),
+        (CASES[:2], ("one",), "expected one of its own for each of 2"),
+        (CASES[:2], ("one", "one"), "expected one of its own"),
+    ],
+)
+def test_other_cases_are_refused(
+    cases: list[tuple[float, float]], labels: tuple[str, ...], said: str
+) -> None:
+    with pytest.raises(cd.ArgumentError, match=said):
+        cd.Reports(swept(*cases), labels)
+
+
+def test_cases_are_of_one_mechanism() -> None:
+    other = cd.Scene(cd.load("four_bar"), drive="crank_bearing").sweep(TURN)
+    with pytest.raises(cd.ArgumentError, match="of one mechanism"):
+        cd.Reports([*swept((1.0, 1.0)), other])
+    with pytest.raises(cd.ArgumentError, match="list of sweeps"):
+        cd.Reports(other)  # type: ignore[arg-type]
+    with pytest.raises(cd.ArgumentError, match="several load cases"):
+        cd.Report([other])  # type: ignore[arg-type]
