@@ -148,6 +148,7 @@ class Sample:
         self._columns = qr(balance, pivoting=True, mode="r")[1][: len(kept)]
         self._solving = np.linalg.inv(matrix[np.ix_(kept, self._columns)])
         null = np.linalg.svd(balance)[2][len(kept) :].T
+        self._stress = _decimals(null.sum(axis=1) / per_column)
         self.influence = np.linalg.norm(null[:joints], axis=1).reshape(-1, 6)
         moved = np.linalg.norm(every[first:] @ null, axis=1)
         self.hang = moved[oracle.rate_columns(case.prescribed)]
@@ -155,31 +156,33 @@ class Sample:
         self.found = self._solved(self.numbers)
         self._wrenches = np.append(self.found.wrenches.ravel(), self.found.couplings)
 
-    def change(self, name: str, unit: float = 1.0) -> Found:
+    def change(self, name: str, unit: float = 1.0, stress: float = 0.0) -> Found:
         """Return how all that is found changes with a number, per its unit.
 
         Args:
             name: of the number.
             unit: by which it changes things about as much as there is.
+            stress: self-stress that acts besides.
         """
         with localcontext() as context:
             context.prec = DIGITS
-            step = STEP * Decimal(unit)
-            moved = self._solved({**self.numbers, name: self.numbers[name] + step})
+            step, more = STEP * Decimal(unit), Decimal(stress) * self._stress
+            before = self._solved(self.numbers, more) if stress else self.found
+            moved = self._solved({**self.numbers, name: self.numbers[name] + step}, more)
             return Found(
                 *(
                     ((after - before) / step).astype(float)
-                    for before, after in zip(self.found, moved, strict=True)
+                    for before, after in zip(before, moved, strict=True)
                 )
             )
 
-    def _solved(self, numbers: Numbers) -> Found:
+    def _solved(self, numbers: Numbers, stress: Array | int = 0) -> Found:
         with localcontext() as context:
             context.prec = DIGITS
             y = self._closed(numbers, self._start, 4)
             matrix, right, frames = self._balance(numbers, y)
-            w, kept = self._wrenches.copy(), self._kept
-            for _ in range(3 if any(w) else 5):
+            w, kept = self._wrenches + stress, self._kept
+            for _ in range(5):
                 missing = (right - matrix @ w)[kept]
                 w[self._columns] += _decimals(self._solving @ missing.astype(float))
             efforts = matrix @ w - right

@@ -195,6 +195,15 @@ def _off(
             continue
         error = np.abs(own - change[:, k])[:, ~is_open[k]].max(initial=0.0)
         errors[f"wrench of {joint.name}"] = error / scale
+        if not error <= allowed * scale:
+            # Where it is unique here, and no longer where the number is another.
+            stressed = [
+                sample.change(by.parameter, unit, scale / case.chain.size) for sample in samples
+            ]
+            other = np.array([of.wrenches[k] for of in stressed]) * units * unit
+            if np.abs(other - change[:, k])[:, ~is_open[k]].max() > CERTAIN * scale:
+                del errors[f"wrench of {joint.name}"]
+                differing.append(Difference(f"wrench of {joint.name} is unique, its change is not"))
     lengths = samples[0].units[oracle.rate_columns(case.prescribed)]
     change, more = rows("efforts", lengths)
     drives = np.reshape(by.drive_effort, (len(samples), -1)).T

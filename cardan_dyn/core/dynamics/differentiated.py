@@ -664,6 +664,7 @@ class Differentiated:
         )
         mass = sum(link.mass for link in mechanism.description.links)
         size += mass * length**2 * (harder + 2.0 * fastest * faster)
-        if isinstance(parameter, OfDescription):
-            size += greatest / abs(parameter.nodes[0])
+        if isinstance(parameter, OfDescription | OfElement):
+            step = parameter.step if isinstance(parameter, OfElement) else parameter.nodes[0]
+            size += greatest / abs(step)
         return opened, float(lost / size) if size else float("nan")
