@@ -53,29 +53,32 @@ def kinks(values: Array, middle: Array, units: Array) -> Array:
     return np.moveaxis(np.maximum(odd, even), 0, -1) / (12.0 * _STEP * units)
 
 
-def slope(values: Callable[[float], Array]) -> Array:
+def slope(values: Callable[[Array], Array]) -> Array:
     """Return derivatives `(k, n)` by one variable at 0, by steps that suit each of them.
 
     Steps are halved until two derivatives differ by rounding, and those that agree best are taken:
     near a kink, or where a number changes within less than a step, what is on this side of it.
 
     Args:
-        values: returns k numbers of n samples `(k, n)`, which depend on variables of about 1.
+        values: returns k numbers of n samples at each of some places, `(len(places), k, n)`, which
+            depend on variables of about 1.
     """
     step = _STEP
-    far, near = (values(2.0 * step) - values(-2.0 * step)), (values(step) - values(-step))
+    middle, *ends = values(step * np.array([0.0, 2.0, -2.0, 1.0, -1.0, 0.5, -0.5]))
+    size = np.abs(middle)
+    far, near, nearer = (ahead - back for ahead, back in zip(ends[::2], ends[1::2], strict=True))
     found = best = (8.0 * near - far) / (12.0 * step)
     least = np.full(found.shape, np.inf)
-    size = np.abs(values(0.0))
-    while step > np.sqrt(EPS):
+    while True:
         step *= 0.5
-        far, near = near, values(step) - values(-step)
+        far, near = near, nearer
         before, found = found, (8.0 * near - far) / (12.0 * step)
         apart = np.abs(found - before)
         agrees = apart < least
         best, least = np.where(agrees, found, best), np.where(agrees, apart, least)
         # What rounds are the numbers and the variables; a tenth of what stays is of the formula.
         rounded = (size + np.abs(found)).max(axis=-1, keepdims=True, initial=0.0)
-        if np.all(apart <= _ROUNDED * rounded / step):
-            break
-    return np.asarray(best)
+        if step <= np.sqrt(EPS) or np.all(apart <= _ROUNDED * rounded / step):
+            return np.asarray(best)
+        ahead, back = values(step * np.array([0.5, -0.5]))
+        nearer = ahead - back

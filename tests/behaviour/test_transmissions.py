@@ -264,6 +264,11 @@ def test_one_drive_in_c(tmp_path: Path) -> None:
     scene = cd.Scene(cd.load(text), drive="bearing_in", held={"joint_angle": 0.5})
     maps = scene.transmission("bearing_in", "bearing_out")
     ranges = {"actuated": {"bearing_in": (-6.0, 3.0)}, "joints": {"bearing_out": (-3.0, 6.0)}}
+    # Where it cannot be written, nothing is fitted, so that ranges are not looked at either.
+    for path, name in ("none/joint.c", "joint"), (".", "joint"), ("joint.c", "a joint"):
+        with pytest.raises(cd.ArgumentError, match=r"cannot be written|no name of a function"):
+            maps.write_c(tmp_path / path, name, actuated={"none": (0.0, 1.0)})
+    assert not any(tmp_path.iterdir())
     call = compiled(maps.write_c(tmp_path / "joint.c", **ranges), 1)  # type: ignore[arg-type]
     for phi in np.linspace(-6.0, 3.0, 60):
         turned = np.arctan2(np.sin(phi) / np.cos(0.5), np.cos(phi))

@@ -59,16 +59,20 @@ def test_smooth_functions_have_no_kinks() -> None:
 
 def test_steps_of_a_slope_suit_what_changes_within_less_than_a_step() -> None:
     narrow = np.array([1.0, 1e-2, 1e-4])
-    found = slope(lambda by: np.array([np.arctan((by + narrow) / narrow), np.exp(by - narrow)]))
+    found = slope(
+        lambda places: np.stack(
+            [[np.arctan((by + narrow) / narrow), np.exp(by - narrow)] for by in places]
+        )
+    )
     expected = [0.5 / narrow, np.exp(-narrow)]
     np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
 def test_a_slope_beside_a_kink_is_that_of_its_own_side() -> None:
     beside = np.array([1e-2, 1e-4, -1e-4, 1e-6, -1e-6])
-    found = slope(lambda by: np.abs(by + beside)[None])
+    found = slope(lambda places: np.abs(places[:, None] + beside)[:, None])
     np.testing.assert_allclose(found, [np.sign(beside)], rtol=1e-7)
 
 
 def test_a_slope_of_what_does_not_change_is_exactly_zero() -> None:
-    assert not slope(lambda by: np.array([[0.1, 1.0 / 3.0]])).any()
+    assert not slope(lambda places: np.array([[[0.1, 1.0 / 3.0]]] * len(places))).any()

@@ -91,7 +91,7 @@ def dissimilar(case: Case, seed: int) -> list[Difference]:
         if np.any(one.unique != other.unique):
             differing.append(Difference(f"flags of {name}"))
     allowed = TOLERANCE * max(1.0, float(np.max(plain.condition)) / 1e3)
-    return differing + _over(errors, allowed)
+    return differing + over(errors, allowed)
 
 
 def cut_differently(case: Case, seed: int) -> list[Difference] | None:
@@ -131,7 +131,7 @@ def cut_differently(case: Case, seed: int) -> list[Difference] | None:
             float(np.max(np.abs(moment - one.moment))),
         )
         errors[f"wrench of {name}"] = error / greatest
-    return _over(errors, TOLERANCE * max(1.0, condition / 1e2))
+    return over(errors, TOLERANCE * max(1.0, condition / 1e2))
 
 
 def misjudged(seed: int) -> list[Difference]:
@@ -158,7 +158,7 @@ def misjudged(seed: int) -> list[Difference]:
         errors = {
             f"effort at {target}": float(np.max(np.abs(sweep.drive_effort - expected))) / size
         }
-        differing += _over(errors, 1e-6)
+        differing += over(errors, 1e-6)
     return differing
 
 
@@ -212,7 +212,7 @@ def _position(
         computed = geometry.frames[name]
         apart = max(apart, float(np.abs(expected[:3, :3] - computed[:3, :3]).max()))
         apart = max(apart, float(np.abs(expected[:3, 3] - computed[:3, 3]).max()) / size)
-    differing = _over(errors, allowed)
+    differing = over(errors, allowed)
     if apart > 1e-6:
         differing.append(Difference(f"another assembly mode, {apart:.1e} away"))
     return differing
@@ -248,7 +248,7 @@ def _rates(
         ):
             error = np.abs(np.atleast_1d(computed[sample]) - expected[span]) * per_rate[span]
             errors[f"{what} of {name}"] = float(error.max()) / scale
-    return _over(errors, allowed)
+    return over(errors, allowed)
 
 
 def _wrenches(
@@ -286,7 +286,7 @@ def _wrenches(
         hangs = float(statics.influence[name].max()) > OPEN if name in statics.influence else False
         table = open_errors if hangs else errors
         table[label] = abs(computed - statics.effort[name]) * per_effort / scale
-    return [*_over(errors, allowed), *_over(open_errors, 10.0 * allowed * contrast)]
+    return [*over(errors, allowed), *over(open_errors, 10.0 * allowed * contrast)]
 
 
 def _acting(case: Case, oracle: Oracle, sample: int) -> float:
@@ -318,7 +318,8 @@ def _flags(oracle: Oracle, sweep: cd.Sweep, statics: list[Statics]) -> list[Diff
     return differing
 
 
-def _over(errors: Mapping[str, float], allowed: float) -> list[Difference]:
+def over(errors: Mapping[str, float], allowed: float) -> list[Difference]:
+    """Return what is greater than what is allowed."""
     # Written so that nan is an error.
     return [
         Difference(what, error / allowed) for what, error in errors.items() if not error <= allowed

@@ -26,6 +26,7 @@ import half_power  # noqa: E402
 import long_swings  # noqa: E402
 import loose_linkages  # noqa: E402
 import near_singular  # noqa: E402
+import random_derivatives  # noqa: E402
 import random_reports  # noqa: E402
 import resonant_rigs  # noqa: E402
 import separatrices  # noqa: E402
@@ -74,6 +75,9 @@ CAMPAIGNS = {
     ),
     "similar": Campaign("chains beside those of other sizes", _of_chains(compare.dissimilar)),
     "cut": Campaign("chains beside those cut elsewhere", _of_chains(compare.cut_differently)),
+    "derivatives": Campaign(
+        "derivatives of chains beside differences in fifty digits", random_derivatives.ask
+    ),
     "wound": Campaign("bushings wound over many turns", _wound),
     "loose": Campaign("simulations of linkages with play in a pin", loose_linkages.ask),
     "peaks": Campaign(

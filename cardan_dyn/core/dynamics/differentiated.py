@@ -653,9 +653,18 @@ class Differentiated:
                 bodies = dynamics.bodies_of(mechanism.second_reading, elements)
                 others.append((bodies, sign / parameter.step))
         opened, lost = derived_errors(dynamics.bodies, claim, rate, others, placed)
-        lengths = np.repeat([mechanism.characteristic_length, 1.0], 3)
+        length, coordinates = mechanism.characteristic_length, mechanism.coordinates
+        lengths = np.repeat([length, 1.0], 3)
         greatest, size = (np.abs(of.wrenches * lengths).max(initial=0.0) for of in claims)
-        size += greatest * np.abs(rate.x * mechanism.coordinates.scale).max(initial=0.0)
-        if isinstance(parameter, OfDescription):  # What cancels is of the size of what there is.
-            size += greatest / abs(parameter.nodes[0])
+        # What cancels is of the size of what there is, and of what all bodies together would exert.
+        size += greatest * np.abs(rate.x * coordinates.scale).max(initial=0.0)
+        fastest, faster, harder = (
+            np.abs(rates / coordinates.rate_scale).max(initial=0.0)
+            for rates in (claim.v, rate.v, rate.a)
+        )
+        mass = sum(link.mass for link in mechanism.description.links)
+        size += mass * length**2 * (harder + 2.0 * fastest * faster)
+        if isinstance(parameter, OfDescription | OfElement):
+            step = parameter.step if isinstance(parameter, OfElement) else parameter.nodes[0]
+            size += greatest / abs(step)
         return opened, float(lost / size) if size else float("nan")

@@ -60,12 +60,19 @@ class Pushing(NamedTuple):
             far[:] = np.max(far, initial=1.0 / parameter.unit)
         far[far == 0.0] = 1.0
 
-        def moved(at: float) -> Array:
-            by = (at / far)[:, None]
-            result = self._replace(x=self.x + by * x, v=self.v + by * v)
+        def moved(places: Array) -> Array:
+            by = (places[:, None] / far)[..., None]
+            many = self._replace(x=self.x + by * x, v=self.v + by * v)
             if isinstance(parameter, OfOrigin):
-                result = result._replace(mechanism=parameter.displaced(at / float(far[0])))
-            return result.rows()
+                mechanisms = [parameter.displaced(at / float(far[0])) for at in places.tolist()]
+                each = zip(mechanisms, many.x, many.v, strict=True)
+                return np.stack([self._replace(mechanism=on, x=x, v=v).rows() for on, x, v in each])
+            every = many._replace(
+                x=many.x.reshape(-1, many.x.shape[-1]),
+                v=many.v.reshape(-1, many.v.shape[-1]),
+                time=np.tile(self.time, len(places)) if len(self.time) > 1 else self.time,
+            ).rows()
+            return np.moveaxis(every.reshape(len(every), len(places), -1), 1, 0)
 
         moves = np.any(x) or np.any(v) or isinstance(parameter, OfOrigin)
         change = slope(moved) * far if moves else np.zeros_like(self.rows())

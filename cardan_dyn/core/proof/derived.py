@@ -84,14 +84,15 @@ def _changed(
         far[:] = np.max(far, initial=1.0 / placed[1])
     far[far == 0.0] = 1.0
 
-    def moved(at: float) -> Array:
-        by, of = (at / far)[:, None], placed[0](at / float(far[0])) if placed else bodies
+    def exerted_at(place: float) -> Array:
+        by, of = (place / far)[:, None], placed[0](place / float(far[0])) if placed else bodies
         found = of.exerted(claim._replace(x=claim.x + by * rates.x, v=claim.v + by * rates.v))
         assert found is not None
         every = [wrench.reshape(6, -1) for _, wrench in found.wrenches]
         return np.concatenate([found.efforts, *every])
 
-    change, count = slope(moved) * far, len(exerted.efforts)
+    change = slope(lambda places: np.stack([*map(exerted_at, places.tolist())])) * far
+    count = len(exerted.efforts)
     wrenches = change[count:].reshape(len(exerted.wrenches), 2, 3, len(far))
     own = zip([body for body, _ in exerted.wrenches], wrenches, strict=True)
     return ElementLoads(change[:count], list(own), exerted.terms)

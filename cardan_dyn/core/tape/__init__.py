@@ -15,7 +15,7 @@ primitives that all know; `lowering.c` has their numbers.
 
 from .derivative import derivatives, gradient, pulled, tangents
 from .on_machine import LANES, machine_is_at_hand
-from .printing import as_c
+from .printing import as_c, function_name
 from .program import Program
 from .scalars import absolute, arctan2, cos, exp, greater, log, select, sin, smaller, sqrt, tanh
 from .stages import Stage, Stages
@@ -35,6 +35,7 @@ __all__ = [
     "cos",
     "derivatives",
     "exp",
+    "function_name",
     "gradient",
     "greater",
     "is_zero",

@@ -30,6 +30,17 @@ _EXPRESSIONS = {
 }
 
 
+def function_name(name: str) -> str:
+    """Return the name of a function of C.
+
+    Raises:
+        ArgumentError: it is no identifier.
+    """
+    if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII):
+        raise ArgumentError(f"{name!r} is no name of a function in C; use letters, digits and _")
+    return name
+
+
 def as_c(program: Program, name: str) -> str:
     """Return a function in C99 that computes what a program does.
 
@@ -44,9 +55,7 @@ def as_c(program: Program, name: str) -> str:
     Raises:
         ArgumentError: the name is no identifier.
     """
-    if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII):
-        raise ArgumentError(f"{name!r} is no name of a function in C; use letters, digits and _")
-    graph = program.graph
+    name, graph = function_name(name), program.graph
     once: list[str] = []
     each: list[str] = []
     for node, (operation, arguments) in enumerate(graph.nodes()):

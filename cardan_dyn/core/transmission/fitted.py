@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from ...kit.arrays import Array
 from ...kit.checks import file_path, mapping, positive, text, vector, writing
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import frozen
+from ..tape import function_name
 from .maps import Maps
 from .polynomials import FitError, FittedWay
 from .printed import as_file
@@ -80,12 +81,25 @@ class FittedTransmission(Maps):
         Raises:
             ArgumentError: no identifier, or the file cannot be written.
         """
-        target = file_path("path", path)
+        return write_c(path, name, lambda: self)
+
+    def printed(self, name: str) -> str:
+        """Return what `write_c` writes."""
         ways = {"joints_of": self._forward, "actuated_of": self._backward}
-        printed = as_file(self.mechanism, text("name", name), ways)
-        with writing(target) as part:
-            part.write_text(printed, encoding="utf-8")
-        return target
+        return as_file(self.mechanism, name, ways)
+
+
+def write_c(
+    path: str | os.PathLike[str], name: str, made: Callable[[], FittedTransmission]
+) -> Path:
+    """Write what is made as C, see `FittedTransmission.write_c`.
+
+    Path and name are refused first, since it may take long to make it.
+    """
+    target, own = file_path("path", path), function_name(text("name", name))
+    with writing(target) as part, part.open("w", encoding="utf-8") as file:
+        file.write(made().printed(own))
+    return target
 
 
 def fitted(

@@ -230,7 +230,9 @@ class Transmission(Maps):
         tolerance: float = 1e-12,
     ) -> Path:
         """Write both ways as a file of C99, see `fitted` and `FittedTransmission.write_c`."""
-        return self.fitted(actuated, joints, tolerance).write_c(path, name)
+        from .fitted import write_c
+
+        return write_c(path, name, lambda: self.fitted(actuated, joints, tolerance))
 
 
 def _coordinates(

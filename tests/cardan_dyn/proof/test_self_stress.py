@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from testkit.kinematics import frames_of
 from testkit.linkages import coupling, gears, tilted_slider_crank
-from testkit.planar_linkages import BASE, CRANK, ROCKER, four_bar
+from testkit.planar_linkages import BASE, CRANK, ROCKER, described, four_bar, joint, link, loop
 
 import cardan_dyn as cd
 from cardan_dyn.core.proof import self_stress
@@ -67,6 +67,23 @@ def test_a_planar_four_bar_is_open_out_of_its_plane() -> None:
         expected = [0.0, 0.0, 1.0, np.hypot(1.0, y), np.hypot(1.0, x), 0.0]
         actual = influence[0, stress.joints.index(name)]
         np.testing.assert_allclose(actual, expected, atol=1e-13)
+
+
+@pytest.mark.parametrize("drives", ["A", "AM"])
+def test_what_carries_a_loop_is_not_loaded_by_it(drives: str) -> None:
+    carried = described(
+        *(link(name) for name in "mabc"),
+        joint("M", "ground", "m", (0.3, -0.2)),
+        joint("A", "m", "a"),
+        joint("B", "a", "b", (0.0, CRANK)),
+        joint("D", "m", "c", (BASE, 0.0)),
+        loop("b", "c", (BASE, ROCKER - CRANK), (0.0, ROCKER)),
+    )
+    stress = proof(carried, *drives)
+    (influence,), _ = judged(stress, positions(carried, {"M": 0.0}))
+    assert not influence[stress.joints.index("M")].any()
+    for name in "ABCD":
+        assert (influence[stress.joints.index(name)] > 0.1).tolist() == OUT_OF_PLANE
 
 
 def test_a_ball_leaves_only_what_passes_through_it() -> None:
