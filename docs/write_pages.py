@@ -134,7 +134,7 @@ def interface() -> str:
             "bundled_names",
         ),
         "scenes": (
-            *("Scene", "PointTask", "PoseTask", "AngleTask"),
+            *("Scene", "PointTask", "PoseTask", "AngleTask", "DirectionTask", "DistanceTask"),
             *("Wrench", "described_elements", "view", "study", "DesignVariables"),
         ),
         "force elements": (

@@ -355,7 +355,9 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
         )
     closing = {loop.joint for loop in mechanism.loops}
     added = mechanism.joints.keys() - of.mechanism.joints.keys() - closing
-    near: dict[str, Any] = {**dict.fromkeys(added, 0.0), **of.held}
+    near: dict[str, Any] = {**of.held}
+    for joint in added:
+        near[joint] = (0.0, 0.0, 0.0, 1.0) if mechanism.joints[joint].type == "spherical" else 0.0
     for joint, at in start.items():
         # By its coordinates, where these make turns of a ball.
         each, values = of.mechanism.joints[joint].coordinates, np.ravel(at)
@@ -445,8 +447,8 @@ def listed(mechanism: Mechanism, given: object) -> tuple[Task, ...]:
             tasks.append(item)
         else:
             raise ArgumentError(
-                f"task has {described(item)}; expected cd.PointTask, cd.AngleTask, cd.PoseTask or "
-                "names of coordinates"
+                f"task has {described(item)}; expected "
+                f"{', '.join(f'cd.{kind.__name__}' for kind in KINDS)} or names of coordinates"
             )
     if not tasks:
         raise ArgumentError("the task is empty: say what moves as given, such as cd.PointTask")

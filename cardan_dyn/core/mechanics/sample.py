@@ -301,9 +301,7 @@ class Solved(NamedTuple):
     narrowness: Scalar
 
 
-def solved(
-    tree: Tree, roles: Roles, given: Given, order: Order, is_closed: bool = False
-) -> Solved:
+def solved(tree: Tree, roles: Roles, given: Given, order: Order, is_closed: bool = False) -> Solved:
     """Return all that is found at a sample.
 
     Args:
