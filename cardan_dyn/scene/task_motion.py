@@ -136,10 +136,13 @@ class TaskMotion(Frozen):
 
     def reachable(self, position: object, held: object) -> Array:
         """Return at which rows the mechanism can be, see `Scene.reachable`."""
-        columns = self._columns(self._values("position", position), False)
-        targets = targets_of(self._follower.problem, columns, held)
-        solver = self._follower.of_varied(targets.varied)
-        return solver.assembly.reachable(targets).reshape(targets.shape)
+        given, reached = self._values("position", position), np.array(False)
+        for other in (False, True)[: 1 + self._has_pose]:
+            columns = self._columns(given, False, other)
+            targets = targets_of(self._follower.problem, columns, held)
+            solver = self._follower.of_varied(targets.varied)
+            reached = reached | solver.assembly.reachable(targets).reshape(targets.shape)
+        return reached
 
     def range(self) -> tuple[float, float]:
         """Return between which positions the only row can move, see `Scene.motion_range`."""
@@ -170,13 +173,30 @@ class TaskMotion(Frozen):
                 block.rates(*(values[..., own] for values in rates)) for block, own in self._spans()
             ]
             acting = acting_on(problem, *map(_joined, zip(*every, strict=True)))
-        targets = targets_of(problem, self._columns(given, along_path), held)
-        targets = targets.expanded(common_shape({"position": targets.shape, **acting.shapes}))
+        columns = self._columns(given, along_path)
+        targets = targets_of(problem, columns, held)
+        shape = common_shape({"position": targets.shape, **acting.shapes})
+        targets = targets.expanded(shape)
         self.machine.refuse_too_many(targets.size)
         solver = self._follower.of_varied(targets.varied)
-        try:
+
+        def followed(targets: Targets) -> tuple[AssembledPositions, Array, Array, Array]:
             assembled = solver.assembled_in_turn(targets, along_path)
-            x, v, a = solver.moved(assembled, acting)
+            return assembled, *solver.moved(assembled, acting)
+
+        try:
+            try:
+                assembled, x, v, a = followed(targets)
+            except (AssemblyError, SingularConfigurationError):
+                if along_path or not self._has_pose:
+                    raise
+                # Other angles of the same poses are another way there.
+                reached = solver.assembly.reachable(targets)[:, None]
+                every = columns, self._columns(given, False, other=True)
+                near, others = (flat(item, shape, trailing=1) for item in every)
+                columns = np.where(reached, near, others).reshape(*shape, -1)
+                targets = targets_of(problem, columns, held)
+                assembled, x, v, a = followed(targets)
         except (AssemblyError, SingularConfigurationError) as error:
             raise self._told(error, given, targets) from error
         ratios = VelocityRatios(np.zeros((len(x), 0)), np.zeros((0, 0), dtype=int))
@@ -230,10 +250,15 @@ class TaskMotion(Frozen):
             yield block, slice(first, first + len(block.rows))
             first += len(block.rows)
 
-    def _columns(self, given: Array, along_path: bool) -> Array:
-        """Return positions of the follower's drives `(..., d)` of rows `(..., m)`."""
+    @property
+    def _has_pose(self) -> bool:
+        """Whether rows ask for rotations, to which several ways lead."""
+        return any(block.turned is not None for block in self._blocks)
+
+    def _columns(self, given: Array, along_path: bool, other: bool = False) -> Array:
+        """Return positions of the follower's drives `(..., d)` of rows, see `Block.positions`."""
         return _joined(
-            [block.positions(given[..., own], along_path) for block, own in self._spans()]
+            [block.positions(given[..., own], along_path, other) for block, own in self._spans()]
         )
 
     def _rows_at(self, columns: Array) -> Array:

@@ -16,7 +16,6 @@ import pinocchio
 
 from ..core.description.description import (
     IDENTITY,
-    Description,
     JointDescription,
     LinkDescription,
     LoopDescription,
@@ -217,12 +216,13 @@ class Block(NamedTuple):
     start: Array
     turned: Array | None = None
 
-    def positions(self, given: Array, along_path: bool) -> Array:
+    def positions(self, given: Array, along_path: bool, other: bool = False) -> Array:
         """Return positions `(…, d)` of the drives.
 
         Args:
             given: `(…, k)` of the rows.
             along_path: whether each sample is followed from the one before.
+            other: whether the other angles are wanted that give a rotation.
         """
         if self.turned is None:
             return np.asarray(given - self.start)
@@ -230,7 +230,7 @@ class Block(NamedTuple):
         half = np.sinc(0.5 * angle / np.pi) * 0.5 * given[..., 3:]
         wanted = np.concatenate([half, np.cos(0.5 * angle)], axis=-1).reshape(-1, 4)
         back = self.turned * (-1.0, -1.0, -1.0, 1.0)
-        turns = _turns(quaternion_product(wanted, back[None, :]), along_path)
+        turns = _turns(quaternion_product(wanted, back[None, :]), along_path, other)
         result = np.zeros((*given.shape[:-1], len(self.drives)))
         result[..., :3] = given[..., :3] - self.start[:3]
         result[..., 6:] = turns.reshape(*given.shape[:-1], 3)
@@ -282,12 +282,10 @@ def missed(tasks: Iterable[Task], rows: Array, result: MotionResult) -> float:
             points = result.orientation(task.link) @ task.direction
             if task.other:
                 points = (points[..., None, :] @ result.orientation(task.other))[..., 0, :]
-            (a, b), along = (
-                np.moveaxis(rows[..., first : first + 2], -1, 0),
-                _AXES.index(task.along),
-            )
+            a, b = np.moveaxis(rows[..., first : first + 2], -1, 0)
             asked = np.stack([np.sin(b), -np.sin(a) * np.cos(b), np.cos(a) * np.cos(b)], axis=-1)
-            apart, count = points - np.roll(asked, along + 1, axis=-1), 2
+            apart = points - np.roll(asked, _AXES.index(task.along) + 1, axis=-1)
+            count = 2
             worst.append(np.abs(apart).max())
         elif isinstance(task, DistanceTask):
             ends = (task.link, task.point), (task.other, task.other_point)
@@ -323,16 +321,17 @@ def _about(rotations: Array, axis: str) -> Array:
     )
 
 
-def _turns(quaternions: Array, along_path: bool) -> Array:
+def _turns(quaternions: Array, along_path: bool, is_other: bool) -> Array:
     """Return angles `(N, 3)` of turns about x, the carried y, the carried z, of rotations `(N, 4)`.
 
-    Of those that give a rotation they are the nearest to zero, or to the sample before.
+    Of those that give a rotation they are the nearest to zero, or the others, or the nearest to the
+    sample before.
     """
     first = cardan_angles(quaternions.T).T
     other = first * (1.0, -1.0, 1.0) + np.pi
     every = np.stack([first, other], axis=1)
     if not along_path:
-        return _nearest(every, np.zeros(3))
+        return _nearest(every, np.zeros(3), is_other)
     at, found = np.zeros(3), []
     for options in every:
         at = _nearest(options[None], at)[0]
@@ -340,10 +339,13 @@ def _turns(quaternions: Array, along_path: bool) -> Array:
     return np.array(found)
 
 
-def _nearest(options: Array, to: Array) -> Array:
-    """Return `(N, 3)` of angles `(N, 2, 3)`, up to whole turns, those nearest to others `(3,)`."""
+def _nearest(options: Array, to: Array, is_other: bool = False) -> Array:
+    """Return `(N, 3)` of angles `(N, 2, 3)`, up to whole turns, those nearest to others `(3,)`.
+
+    Or those of both that are not.
+    """
     near = to + _within(options - to)
-    best = np.abs(near - to).max(axis=-1).argmin(axis=-1)
+    best = np.abs(near - to).max(axis=-1).argmin(axis=-1) ^ is_other
     return np.asarray(near[np.arange(len(near)), best])
 
 
