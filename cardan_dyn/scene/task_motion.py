@@ -24,6 +24,7 @@ from ..core.problem.coordinate_names import each_coordinate
 from ..core.problem.problem import Problem
 from ..core.problem.samples import Targets, acting_on, common_shape, targets_of
 from ..core.results.collect import sweep_of
+from ..core.results.derivative import Swept
 from ..core.results.motion import Motion
 from ..kit.arrays import Array, flat
 from ..kit.checks import described, mapping, number, numbers
@@ -201,11 +202,11 @@ class TaskMotion(Frozen):
             raise self._told(error, given, targets) from error
         ratios = VelocityRatios(np.zeros((len(x), 0)), np.zeros((0, 0), dtype=int))
         where = x, assembled.turns, (v, a, ratios), targets.shape
+        motion = Motion(problem.mechanism, problem.independent, *where)
+        followed = Swept(solver, acting, motion, np.zeros((0, 6)), {})
         condition = partial(_condition, solver, assembled, x)
         return Followed(
-            Given(self.tasks, self.rows, given, *rates, condition),
-            Motion(problem.mechanism, problem.independent, *where),
-            held,
+            Given(self.tasks, self.rows, given, *rates, condition, followed), motion, held
         )
 
     def _told(

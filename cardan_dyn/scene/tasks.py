@@ -452,8 +452,7 @@ class _Chain:
             base = _placed(start.orientation(other), start.point(other))
             self._last, self._at = described.fixed_frames.get(other, (other, np.eye(4)))
         else:
-            children = {item.child for item in described.joints}
-            (self._last,) = (link.name for link in described.links if link.name not in children)
+            self._last = described.root
         # Where the link is at the start, and where the last joint is, seen from what carries them.
         point = np.asarray(getattr(task, "point", _ORIGIN))
         place = _placed(start.orientation(task.link), start.point(task.link, point))
@@ -473,7 +472,8 @@ class _Chain:
         elif isinstance(task, DirectionTask):
             self.block = self._direction(task, place)
         else:
-            self.block, closing = self._distance(task, place), "spherical"
+            least = ROUNDED * mechanism.characteristic_length
+            self.block, closing = self._distance(task, place, least), "spherical"
         link, frame = described.fixed_frames.get(task.link, (task.link, IDENTITY))
         ends = inverse(self._reached) @ place, frame @ _placed(_UNTURNED, point)
         name = unique(f"{self.joints[0].name} follower", taken)
@@ -533,10 +533,10 @@ class _Chain:
         self._turns(task.along)
         return Block(given := tuple(names), given, start)
 
-    def _distance(self, task: DistanceTask, place: Array) -> Block:
+    def _distance(self, task: DistanceTask, place: Array, least: float) -> Block:
         way = place[:3, 3] - task.other_point
         length = float(np.linalg.norm(way))
-        if not length:
+        if length <= least:
             raise ModelError(
                 f"a task of the distance of {task.link!r} from {task.other!r}, which is zero where "
                 "the scene starts and has no direction: begin elsewhere with near=",
