@@ -7,6 +7,7 @@ actuated joints move. The machine is driven by these, and begins where the follo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import combinations
@@ -181,23 +182,23 @@ class TaskMotion(Frozen):
         self.machine.refuse_too_many(targets.size)
         solver = self._follower.of_varied(targets.varied)
 
-        def followed(targets: Targets) -> tuple[AssembledPositions, Array, Array, Array]:
+        def moved(targets: Targets) -> tuple[AssembledPositions, Array, Array, Array]:
             assembled = solver.assembled_in_turn(targets, along_path)
             return assembled, *solver.moved(assembled, acting)
 
         try:
             try:
-                assembled, x, v, a = followed(targets)
+                assembled, x, v, a = moved(targets)
             except (AssemblyError, SingularConfigurationError):
                 if along_path or not self._has_pose:
                     raise
                 # Other angles of the same poses are another way there.
                 reached = solver.assembly.reachable(targets)[:, None]
-                every = columns, self._columns(given, False, other=True)
-                near, others = (flat(item, shape, trailing=1) for item in every)
+                ways = columns, self._columns(given, False, other=True)
+                near, others = (flat(way, shape, trailing=1) for way in ways)
                 columns = np.where(reached, near, others).reshape(*shape, -1)
                 targets = targets_of(problem, columns, held)
-                assembled, x, v, a = followed(targets)
+                assembled, x, v, a = moved(targets)
         except (AssemblyError, SingularConfigurationError) as error:
             raise self._told(error, given, targets) from error
         ratios = VelocityRatios(np.zeros((len(x), 0)), np.zeros((0, 0), dtype=int))
@@ -449,8 +450,24 @@ def solvers(problem: Problem, like: ProblemSolver | None = None) -> Iterator[Pro
             raise
         refused: CardanError = error
         mobility = error.mobility
-    found = False
+    first, found = actuated[:1], False
+    with suppress(SingularConfigurationError):
+        while len(first) <= mobility:
+            try:
+                solver = ProblemSolver(replace(problem, independent=first), like)
+                mobility, found = len(first), True
+                break
+            except MobilityError as error:
+                # The first of those that others leave undecided, since combinations may be many.
+                more = [name for name in actuated if name in error.free and name not in first]
+                if not more:
+                    break
+                first = (*first, more[0])
+    if found:
+        yield solver
     for drives in combinations(actuated, mobility):
+        if found and set(drives) == set(first):
+            continue
         try:
             solver = ProblemSolver(replace(problem, independent=drives), like)
         except (MobilityError, SingularConfigurationError) as error:

@@ -1,8 +1,8 @@
 """Tasks: what of a mechanism moves as given other than its coordinates, and how it is followed.
 
 A task is followed by massless slides and turns from the world, or from another link, that are
-driven, and closed onto the link which it names: the mechanism with them is an ordinary one, whose loops decide the actuated
-joints.
+driven, and closed onto the link which it names: the mechanism with them is an ordinary one, whose
+loops decide the actuated joints.
 """
 
 from __future__ import annotations
