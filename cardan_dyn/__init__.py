@@ -77,12 +77,14 @@ if TYPE_CHECKING:
     from .scene.plan import Plan
     from .scene.scene import Scene, TaskScene
     from .scene.task_sweep import TaskSweep
-    from .scene.tasks import AngleTask, PointTask, PoseTask
+    from .scene.tasks import AngleTask, DirectionTask, DistanceTask, PointTask, PoseTask
 
 _MODULES = {
     "AccuracyError": ".kit.errors",
     "Actuator": ".core.elements.joint_elements",
     "AngleTask": ".scene.tasks",
+    "DirectionTask": ".scene.tasks",
+    "DistanceTask": ".scene.tasks",
     "ArgumentError": ".kit.errors",
     "AssembledPositions": ".core.dynamics.problem_solver",
     "AssemblyError": ".kit.errors",
@@ -175,6 +177,8 @@ __all__ = [
     "Configuration",
     "Derivative",
     "DesignVariables",
+    "DirectionTask",
+    "DistanceTask",
     "Drive",
     "Drives",
     "Equilibrium",

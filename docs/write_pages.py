@@ -177,7 +177,7 @@ def interface(linked: bool = False) -> str:
             *("from_pinocchio", "Mechanism"),
         ),
         "scenes": (
-            *("Scene", "PointTask", "PoseTask", "AngleTask"),
+            *("Scene", "PointTask", "PoseTask", "AngleTask", "DirectionTask", "DistanceTask"),
             *("Wrench", "described_elements", "view", "study", "DesignVariables"),
         ),
         "results": ("Sweep", "TaskSweep", "Trajectory", "Response", "Transmission", "Report"),

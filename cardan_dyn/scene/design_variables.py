@@ -21,7 +21,6 @@ from ..kit.errors import (
 )
 from ..kit.frozen import FrozenDict, frozen
 from ..kit.units import read_any
-from .task_sweep import TaskSweep
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -71,12 +70,6 @@ class DesignVariables:
                 return error
 
         def changes(x: bytes, sweep: Sweep) -> list[Derivative]:
-            if isinstance(sweep, TaskSweep):
-                raise ArgumentError(
-                    "the sweep of a task has derivatives of its machine alone, whose drives stay "
-                    "where they are while rows of the task move: return a sweep of a scene that is "
-                    "driven, or search without gradients"
-                )
             found: Any = sweep.derivative(*self.names)
             return [found] if len(self.names) == 1 else list(found.values())
 
@@ -192,7 +185,7 @@ class Quantity:
         Raises:
             CardanError: the first design of all cannot be driven.
             ArgumentError: the quantity is not finite, or `solve` returns no sweep; of a gradient,
-                changes have another shape, or the sweep is of a task.
+                changes have another shape.
         """
         sweep = self._variables._swept(self._variables._own(x).tobytes())
         if isinstance(sweep, Sweep):

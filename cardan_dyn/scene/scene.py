@@ -110,7 +110,8 @@ class Scene(Prescribed):
             `JointFriction`, `PointSpring`, `PointActuator`, `Bushing`, `Actuator`. Like a
             load, an effort of theirs is part of the wrench at its joint.
         task: what moves as given instead of `drive`: a list of `PointTask`, `PoseTask`,
-            `AngleTask` and names of coordinates, whose rows are what `sweep` takes as positions.
+            `AngleTask`, `DirectionTask`, `DistanceTask` and names of coordinates, whose rows are
+            what `sweep` takes as positions.
             The scene is then a `TaskScene`, and its sweeps are each a `TaskSweep`.
         actuated: joints whose efforts make that motion, and which are the drives of the results;
             those that the description calls independent if not given. Without a task, `drive` moves

@@ -7,6 +7,7 @@ actuated joints move. The machine is driven by these, and begins where the follo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import combinations
@@ -24,6 +25,7 @@ from ..core.problem.coordinate_names import each_coordinate
 from ..core.problem.problem import Problem
 from ..core.problem.samples import Targets, acting_on, common_shape, targets_of
 from ..core.results.collect import sweep_of
+from ..core.results.derivative import Swept
 from ..core.results.motion import Motion
 from ..kit.arrays import Array, flat
 from ..kit.checks import described, mapping, number, numbers
@@ -136,10 +138,13 @@ class TaskMotion(Frozen):
 
     def reachable(self, position: object, held: object) -> Array:
         """Return at which rows the mechanism can be, see `Scene.reachable`."""
-        columns = self._columns(self._values("position", position), False)
-        targets = targets_of(self._follower.problem, columns, held)
-        solver = self._follower.of_varied(targets.varied)
-        return solver.assembly.reachable(targets).reshape(targets.shape)
+        given, reached = self._values("position", position), np.array(False)
+        for other in (False, True)[: 1 + self._has_pose]:
+            columns = self._columns(given, False, other)
+            targets = targets_of(self._follower.problem, columns, held)
+            solver = self._follower.of_varied(targets.varied)
+            reached = reached | solver.assembly.reachable(targets).reshape(targets.shape)
+        return reached
 
     def range(self) -> tuple[float, float]:
         """Return between which positions the only row can move, see `Scene.motion_range`."""
@@ -170,22 +175,39 @@ class TaskMotion(Frozen):
                 block.rates(*(values[..., own] for values in rates)) for block, own in self._spans()
             ]
             acting = acting_on(problem, *map(_joined, zip(*every, strict=True)))
-        targets = targets_of(problem, self._columns(given, along_path), held)
-        targets = targets.expanded(common_shape({"position": targets.shape, **acting.shapes}))
+        columns = self._columns(given, along_path)
+        targets = targets_of(problem, columns, held)
+        shape = common_shape({"position": targets.shape, **acting.shapes})
+        targets = targets.expanded(shape)
         self.machine.refuse_too_many(targets.size)
         solver = self._follower.of_varied(targets.varied)
-        try:
+
+        def moved(targets: Targets) -> tuple[AssembledPositions, Array, Array, Array]:
             assembled = solver.assembled_in_turn(targets, along_path)
-            x, v, a = solver.moved(assembled, acting)
+            return assembled, *solver.moved(assembled, acting)
+
+        try:
+            try:
+                assembled, x, v, a = moved(targets)
+            except (AssemblyError, SingularConfigurationError):
+                if along_path or not self._has_pose:
+                    raise
+                # Other angles of the same poses are another way there.
+                reached = solver.assembly.reachable(targets)[:, None]
+                ways = columns, self._columns(given, False, other=True)
+                near, others = (flat(way, shape, trailing=1) for way in ways)
+                columns = np.where(reached, near, others).reshape(*shape, -1)
+                targets = targets_of(problem, columns, held)
+                assembled, x, v, a = moved(targets)
         except (AssemblyError, SingularConfigurationError) as error:
             raise self._told(error, given, targets) from error
         ratios = VelocityRatios(np.zeros((len(x), 0)), np.zeros((0, 0), dtype=int))
         where = x, assembled.turns, (v, a, ratios), targets.shape
+        motion = Motion(problem.mechanism, problem.independent, *where)
+        followed = Swept(solver, acting, motion, np.zeros((0, 6)), {})
         condition = partial(_condition, solver, assembled, x)
         return Followed(
-            Given(self.tasks, self.rows, given, *rates, condition),
-            Motion(problem.mechanism, problem.independent, *where),
-            held,
+            Given(self.tasks, self.rows, given, *rates, condition, followed), motion, held
         )
 
     def _told(
@@ -230,10 +252,15 @@ class TaskMotion(Frozen):
             yield block, slice(first, first + len(block.rows))
             first += len(block.rows)
 
-    def _columns(self, given: Array, along_path: bool) -> Array:
-        """Return positions of the follower's drives `(..., d)` of rows `(..., m)`."""
+    @property
+    def _has_pose(self) -> bool:
+        """Whether rows ask for rotations, to which several ways lead."""
+        return any(block.turned is not None for block in self._blocks)
+
+    def _columns(self, given: Array, along_path: bool, other: bool = False) -> Array:
+        """Return positions of the follower's drives `(..., d)` of rows, see `Block.positions`."""
         return _joined(
-            [block.positions(given[..., own], along_path) for block, own in self._spans()]
+            [block.positions(given[..., own], along_path, other) for block, own in self._spans()]
         )
 
     def _rows_at(self, columns: Array) -> Array:
@@ -355,7 +382,9 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
         )
     closing = {loop.joint for loop in mechanism.loops}
     added = mechanism.joints.keys() - of.mechanism.joints.keys() - closing
-    near: dict[str, Any] = {**dict.fromkeys(added, 0.0), **of.held}
+    near: dict[str, Any] = {**of.held}
+    for joint in added:
+        near[joint] = (0.0, 0.0, 0.0, 1.0) if mechanism.joints[joint].type == "spherical" else 0.0
     for joint, at in start.items():
         # By its coordinates, where these make turns of a ball.
         each, values = of.mechanism.joints[joint].coordinates, np.ravel(at)
@@ -421,8 +450,24 @@ def solvers(problem: Problem, like: ProblemSolver | None = None) -> Iterator[Pro
             raise
         refused: CardanError = error
         mobility = error.mobility
-    found = False
+    first, found = actuated[:1], False
+    with suppress(SingularConfigurationError):
+        while len(first) <= mobility:
+            try:
+                solver = ProblemSolver(replace(problem, independent=first), like)
+                mobility, found = len(first), True
+                break
+            except MobilityError as error:
+                # The first of those that others leave undecided, since combinations may be many.
+                more = [name for name in actuated if name in error.free and name not in first]
+                if not more:
+                    break
+                first = (*first, more[0])
+    if found:
+        yield solver
     for drives in combinations(actuated, mobility):
+        if found and set(drives) == set(first):
+            continue
         try:
             solver = ProblemSolver(replace(problem, independent=drives), like)
         except (MobilityError, SingularConfigurationError) as error:
@@ -445,8 +490,8 @@ def listed(mechanism: Mechanism, given: object) -> tuple[Task, ...]:
             tasks.append(item)
         else:
             raise ArgumentError(
-                f"task has {described(item)}; expected cd.PointTask, cd.AngleTask, cd.PoseTask or "
-                "names of coordinates"
+                f"task has {described(item)}; expected "
+                f"{', '.join(f'cd.{kind.__name__}' for kind in KINDS)} or names of coordinates"
             )
     if not tasks:
         raise ArgumentError("the task is empty: say what moves as given, such as cd.PointTask")

@@ -21,8 +21,11 @@ from ..kit.frozen import frozen, made, read_only
 from .tasks import Task, missed
 
 if TYPE_CHECKING:
-    from ..core.results.derivative import Swept
+    from numpy.typing import ArrayLike
+
+    from ..core.results.derivative import Derivative, Swept
     from ..core.results.point_motion import Points
+    from .task_derivative import TaskDerivative
 
 
 class Given(NamedTuple):
@@ -33,6 +36,7 @@ class Given(NamedTuple):
         rows: their names.
         position, speed, acceleration: `(..., m)`, which broadcast with the samples.
         condition: condition number of following them, or what returns it.
+        followed: the sweep of what follows them.
     """
 
     tasks: tuple[Task, ...]
@@ -41,6 +45,7 @@ class Given(NamedTuple):
     speed: Array
     acceleration: Array
     condition: Array | Callable[[], Array]
+    followed: Swept
 
 
 class Followed(NamedTuple):
@@ -62,8 +67,9 @@ class TaskSweep(Sweep):
 
     It is a `Sweep` of the machine: `drives`, `position`, `drive_effort` and the like are those of
     its actuated joints, or of those among them that decide the motion; wrenches are the machine's,
-    and the task carries nothing. A `derivative` tells what a number changes while the motion of
-    these joints stays as it is; of efforts that are shared, it tells nothing. Near configurations
+    and the task carries nothing. A `derivative` tells what a number changes while the task stays as
+    given; that of `of_machine`, while the motion of these joints stays as it is. Of efforts that
+    are shared, neither tells anything. Near configurations
     where actuated joints lose hold of the mechanism, `condition` tells how uncertain efforts are,
     and `task_condition` does so of rates where the task ends its reach.
 
@@ -183,6 +189,45 @@ class TaskSweep(Sweep):
             proven=self._proven,
             solver=self._solved_by,
         )
+
+    def derivative(self, *parameters: str) -> Derivative | Mapping[str, Derivative]:
+        """Return how the results change with numbers while the task stays as given, exactly.
+
+        The actuated joints then move otherwise: `of_machine.derivative(...)` holds their motion.
+
+        Args:
+            parameters: as of `Sweep.derivative`; in place of drives rows of the task, such as
+                `tip.x`, `speed:tip.x` and `acceleration:tip.x`, but for the rotation of a pose.
+
+        Returns:
+            As `Sweep.derivative`. Residuals of loops are bounds: those of the derivatives by the
+            number and by the motion of the drives, summed up.
+
+        Raises:
+            ArgumentError: as `Sweep.derivative`.
+            ModelError: likewise; or what rows of the task mean depends on the number.
+        """
+        found = self._derivatives(parameters)
+        several = len(parameters) > 1 or "*" in parameters[0]
+        return frozen(found) if several else found[parameters[0]]
+
+    def gradient(self, weights: Mapping[str, ArrayLike], *parameters: str) -> Mapping[str, float]:
+        """Return how a weighted sum of results changes while the task stays as given.
+
+        Arguments and errors as of `Sweep.gradient`; it is found forwards, in the time of
+        `derivative`.
+        """
+        from ..core.results.derivative import weighed
+
+        by = self._derivatives(parameters)
+        weighted = [*weighed(self._swept(parameters), weights)]
+        return frozen({name: item.weighed(weighted) for name, item in by.items()})
+
+    def _derivatives(self, parameters: tuple[str, ...]) -> Mapping[str, TaskDerivative]:
+        from .task_derivative import task_derivatives  # Few sweeps are differentiated.
+
+        of = self._swept(parameters)
+        return task_derivatives(of, self._given.followed, self._given.tasks, self.rows, parameters)
 
     def _swept(self, parameters: tuple[object, ...]) -> Swept:
         shared = {name for name, is_unique in self.actuated_unique.items() if not is_unique}

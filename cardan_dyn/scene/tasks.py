@@ -1,8 +1,8 @@
 """Tasks: what of a mechanism moves as given other than its coordinates, and how it is followed.
 
-A task is followed by massless slides and turns from the world that are driven, and closed onto the
-link which it names: the mechanism with them is an ordinary one, whose loops decide the actuated
-joints.
+A task is followed by massless slides and turns from the world, or from another link, that are
+driven, and closed onto the link which it names: the mechanism with them is an ordinary one, whose
+loops decide the actuated joints.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import pinocchio
 
 from ..core.description.description import (
     IDENTITY,
-    Description,
     JointDescription,
     LinkDescription,
     LoopDescription,
@@ -25,12 +24,19 @@ from ..core.description.elements import unique
 from ..core.mechanism.configuration import Configuration
 from ..core.mechanism.mechanism import Mechanism
 from ..core.results.prescribed import MotionResult
-from ..kit.arrays import Array, cardan_angles, cardan_quaternion, quaternion_product
+from ..kit.arrays import (
+    ROUNDED,
+    Array,
+    cardan_angles,
+    cardan_quaternion,
+    inverse,
+    quaternion_product,
+)
 from ..kit.checks import text, vector
 from ..kit.errors import ArgumentError, ModelError, choices
 from ..kit.frozen import Record
 
-_AXES, _ORIGIN = "xyz", (0.0, 0.0, 0.0)
+_AXES, _ORIGIN, _UNTURNED = "xyz", (0.0, 0.0, 0.0), np.eye(3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,14 +109,79 @@ class AngleTask(Record):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "link", text("AngleTask: link", self.link))
-        axis = _axes("AngleTask: axis", self.axis)
-        if len(axis) > 1:
-            raise ArgumentError(f"AngleTask: axis is {axis!r}, expected x, y or z")
-        object.__setattr__(self, "axis", axis)
+        object.__setattr__(self, "axis", _axis("AngleTask: axis", self.axis))
 
 
-KINDS = (PointTask, PoseTask, AngleTask)
-Task: TypeAlias = PointTask | PoseTask | AngleTask | str
+@dataclass(frozen=True, eq=False)
+class DirectionTask(Record):
+    """A direction of a link points as given; the link may turn about it.
+
+    Its two rows are angles [rad] of a universal joint that carries the direction, and lies along an
+    axis of the world, or of another link, at zero: about the axis that follows that one in the
+    order x, y, z, x, y, and about the one after it, which the first carries. Of `along="z"`, a
+    direction (sin b, -sin a cos b, cos a cos b) has the rows a and b, called `link.turn_x` and
+    `link.turn_y`. Where b is a right angle, a says nothing: take an axis nearer to the direction.
+
+    Attributes:
+        link: see `PointTask`.
+        direction: `(3,)` in its axes, of any length.
+        along: `x`, `y` or `z`, the axis along which the direction lies at zero.
+        other: name of the link whose axes count; the world's if empty.
+
+    Raises:
+        ArgumentError: the direction is no `(3,)` of finite numbers or zero, or there is no such
+            axis.
+    """
+
+    link: str
+    direction: Sequence[float] | Array
+    along: str = "z"
+    other: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "link", text("DirectionTask: link", self.link))
+        direction = vector("DirectionTask: direction", self.direction, 3)
+        if not (length := np.linalg.norm(direction)):
+            raise ArgumentError("DirectionTask: direction is zero, which points nowhere")
+        object.__setattr__(self, "direction", direction / length)
+        object.__setattr__(self, "along", _axis("DirectionTask: along", self.along))
+        object.__setattr__(self, "other", text("DirectionTask: other", self.other))
+        super().__post_init__()
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceTask(Record):
+    """A point of a link is as far from a point of another as given.
+
+    Its row is the distance [m], called `link.distance`. It is positive.
+
+    Attributes:
+        link: see `PointTask`.
+        other: name of the other link, or of one that is fixed to the world.
+        point: `(3,)` of the link, see `PointTask`.
+        other_point: likewise of the other.
+
+    Raises:
+        ArgumentError: a point is no `(3,)` of finite numbers.
+    """
+
+    link: str
+    other: str
+    point: Sequence[float] | Array = _ORIGIN
+    other_point: Sequence[float] | Array = _ORIGIN
+
+    def __post_init__(self) -> None:
+        for name in ("link", "other"):
+            object.__setattr__(self, name, text(f"DistanceTask: {name}", getattr(self, name)))
+        for name in ("point", "other_point"):
+            value = vector(f"DistanceTask: {name}", getattr(self, name), 3)
+            object.__setattr__(self, name, value)
+        super().__post_init__()
+
+
+_OnLink: TypeAlias = PointTask | PoseTask | AngleTask | DirectionTask | DistanceTask
+Task: TypeAlias = _OnLink | str
+KINDS = PointTask, PoseTask, AngleTask, DirectionTask, DistanceTask
 
 
 def _axes(label: str, given: object) -> str:
@@ -119,6 +190,14 @@ def _axes(label: str, given: object) -> str:
     if not axes or set(axes) - set(_AXES) or len(set(axes)) < len(axes):
         raise ArgumentError(f"{label} is {axes!r}, expected up to three of x, y, z")
     return axes
+
+
+def _axis(label: str, given: object) -> str:
+    """Return an axis."""
+    axis = text(label, given)
+    if axis not in tuple(_AXES):
+        raise ArgumentError(f"{label} is {axis!r}, expected x, y or z")
+    return axis
 
 
 class Block(NamedTuple):
@@ -137,12 +216,13 @@ class Block(NamedTuple):
     start: Array
     turned: Array | None = None
 
-    def positions(self, given: Array, along_path: bool) -> Array:
+    def positions(self, given: Array, along_path: bool, other: bool = False) -> Array:
         """Return positions `(…, d)` of the drives.
 
         Args:
             given: `(…, k)` of the rows.
             along_path: whether each sample is followed from the one before.
+            other: whether the other angles are wanted that give a rotation.
         """
         if self.turned is None:
             return np.asarray(given - self.start)
@@ -150,7 +230,7 @@ class Block(NamedTuple):
         half = np.sinc(0.5 * angle / np.pi) * 0.5 * given[..., 3:]
         wanted = np.concatenate([half, np.cos(0.5 * angle)], axis=-1).reshape(-1, 4)
         back = self.turned * (-1.0, -1.0, -1.0, 1.0)
-        turns = _turns(quaternion_product(wanted, back[None, :]), along_path)
+        turns = _turns(quaternion_product(wanted, back[None, :]), along_path, other)
         result = np.zeros((*given.shape[:-1], len(self.drives)))
         result[..., :3] = given[..., :3] - self.start[:3]
         result[..., 6:] = turns.reshape(*given.shape[:-1], 3)
@@ -198,6 +278,20 @@ def missed(tasks: Iterable[Task], rows: Array, result: MotionResult) -> float:
             turned = _about(result.orientation(task.link) @ zero.T, task.axis)
             apart, count = _within(turned - rows[..., first]), 1
             worst.append(np.abs(apart).max())
+        elif isinstance(task, DirectionTask):
+            points = result.orientation(task.link) @ task.direction
+            if task.other:
+                points = (points[..., None, :] @ result.orientation(task.other))[..., 0, :]
+            a, b = np.moveaxis(rows[..., first : first + 2], -1, 0)
+            asked = np.stack([np.sin(b), -np.sin(a) * np.cos(b), np.cos(a) * np.cos(b)], axis=-1)
+            apart = points - np.roll(asked, _AXES.index(task.along) + 1, axis=-1)
+            count = 2
+            worst.append(np.abs(apart).max())
+        elif isinstance(task, DistanceTask):
+            ends = (task.link, task.point), (task.other, task.other_point)
+            to, fro = (result.point(*end).position for end in ends)
+            apart, count = np.linalg.norm(to - fro, axis=-1) - rows[..., first], 1
+            worst.append(np.abs(apart).max() / length)
         else:
             axes = task.axes if isinstance(task, PointTask) else _AXES
             at = result.point(task.link, task.point if isinstance(task, PointTask) else _ORIGIN)
@@ -227,16 +321,17 @@ def _about(rotations: Array, axis: str) -> Array:
     )
 
 
-def _turns(quaternions: Array, along_path: bool) -> Array:
+def _turns(quaternions: Array, along_path: bool, is_other: bool) -> Array:
     """Return angles `(N, 3)` of turns about x, the carried y, the carried z, of rotations `(N, 4)`.
 
-    Of those that give a rotation they are the nearest to zero, or to the sample before.
+    Of those that give a rotation they are the nearest to zero, or the others, or the nearest to the
+    sample before.
     """
     first = cardan_angles(quaternions.T).T
     other = first * (1.0, -1.0, 1.0) + np.pi
     every = np.stack([first, other], axis=1)
     if not along_path:
-        return _nearest(every, np.zeros(3))
+        return _nearest(every, np.zeros(3), is_other)
     at, found = np.zeros(3), []
     for options in every:
         at = _nearest(options[None], at)[0]
@@ -244,10 +339,13 @@ def _turns(quaternions: Array, along_path: bool) -> Array:
     return np.array(found)
 
 
-def _nearest(options: Array, to: Array) -> Array:
-    """Return `(N, 3)` of angles `(N, 2, 3)`, up to whole turns, those nearest to others `(3,)`."""
+def _nearest(options: Array, to: Array, is_other: bool = False) -> Array:
+    """Return `(N, 3)` of angles `(N, 2, 3)`, up to whole turns, those nearest to others `(3,)`.
+
+    Or those of both that are not.
+    """
     near = to + _within(options - to)
-    best = np.abs(near - to).max(axis=-1).argmin(axis=-1)
+    best = np.abs(near - to).max(axis=-1).argmin(axis=-1) ^ is_other
     return np.asarray(near[np.arange(len(near)), best])
 
 
@@ -279,18 +377,17 @@ def followers(
         if isinstance(task, str):
             blocks.append(Block((task,), (task,), np.zeros(1)))
             continue
-        body, frame = mechanism.link_frame(task.link)
-        if body == 0:
+        if mechanism.link_frame(task.link)[0] == 0:
             raise ModelError(
                 f"a task of {task.link!r}, which is fixed to the world: name a link that moves; "
                 f"links: {choices(mechanism.link_names)}",
                 name=task.link,
             )
-        chain = _Chain(described, task, start, taken)
+        chain = _Chain(mechanism, task, start, taken)
         joints += chain.joints
         links += [LinkDescription(item.child) for item in chain.joints]
         loops.append(chain.loop)
-        blocks.append(chain.block(mechanism.placements_at_zero[body - 1] * frame))
+        blocks.append(chain.block)
     if len(loops) == len(described.loops):
         return mechanism, blocks
     extended = replace(
@@ -306,80 +403,162 @@ def followers(
     return Mechanism(extended), blocks
 
 
+def _normal(mechanism: Mechanism, body: int) -> str:
+    """Return the world axis at right angles to the plane in which a body moves, if there is one.
+
+    It is told by the joints that carry the body from the world.
+    """
+    parts = {part.id: part for part in mechanism.coordinates.parts}
+    possible = np.ones(3, dtype=bool)
+    while body > 0:
+        part = parts[body]
+        along = np.abs(mechanism.placements_at_zero[body - 1].rotation @ part.axis)
+        slides, is_ball = part.kind == "prismatic", part.kind == "spherical"
+        possible &= not is_ball
+        possible &= np.abs(along - (0.0 if slides else 1.0)) < ROUNDED
+        body = mechanism.model.parents[body]
+    return next((axis for axis, moves in zip(_AXES, possible, strict=True) if moves), "")
+
+
 class _Chain:
-    """Slides and turns from the world that carry the frame of a task, and what closes them.
+    """What carries the frame of a task, from the world or another link, and what closes it.
 
     Attributes:
-        joints: from the world on.
+        joints: from the world or that link on.
         loop: between the last of them and the task's link.
+        block: how it is driven.
     """
 
     def __init__(
-        self,
-        described: Description,
-        task: PointTask | PoseTask | AngleTask,
-        start: Configuration,
-        taken: set[str],
+        self, mechanism: Mechanism, task: _OnLink, start: Configuration, taken: set[str]
     ) -> None:
         """Make it.
 
         Args:
-            described: the description to which it is added.
+            mechanism: to which it is added.
             task: what it follows.
             start: see `followers`.
             taken: names of everything in the description; its own join them.
-        """
-        self._task, self._taken = task, taken
-        children = {item.child for item in described.joints}
-        (self._last,) = (link.name for link in described.links if link.name not in children)
-        self.joints: list[JointDescription] = []
-        point = np.asarray(task.point if isinstance(task, PointTask) else np.zeros(3))
-        self._at, self._rotation = start.point(task.link, point), start.orientation(task.link)
-        self._given = (
-            task.axes if isinstance(task, PointTask) else _AXES * isinstance(task, PoseTask)
-        )
-        origin = np.eye(4)
-        origin[:3, 3] = self._at
-        # What is given comes first; the other slides are passive.
-        for axis in (*self._given, *(axis for axis in _AXES if axis not in self._given)):
-            self._add("prismatic", axis, origin)
-            origin = IDENTITY
-        if isinstance(task, PoseTask):
-            # The first three carry the angular velocity and stand at zero, where they do not lock.
-            for axis in _AXES * 2:
-                self._add("continuous", axis)
-        elif isinstance(task, AngleTask):
-            for axis in (task.axis, *(axis for axis in _AXES if axis != task.axis)):
-                self._add("continuous", axis)
-        before, after = np.eye(4), np.eye(4)
-        before[:3, :3], after[:3, 3] = self._rotation, point
-        link, frame = described.fixed_frames.get(task.link, (task.link, IDENTITY))
-        axis = np.eye(3)[0]
-        self.loop = LoopDescription(
-            unique(f"{self.joints[0].name} follower", taken),
-            "spherical" if isinstance(task, PointTask) else "fixed",
-            *(self._last, link, before, frame @ after, axis, axis),
-        )
-        taken.add(self.loop.name)
 
-    def _add(self, kind: str, axis: str, origin: Array = IDENTITY) -> None:
-        """Add a joint about or along an axis, and a link behind it."""
-        turn = "turn_" * (kind != "prismatic")
-        name = unique(f"{self._task.link}.{turn}{axis}", self._taken)
+        Raises:
+            ModelError: there is no such link, or a distance is zero at the start.
+        """
+        described = mechanism.base.description
+        self._link, self._taken = task.link, taken
+        self.joints: list[JointDescription] = []
+        base, self._at = np.eye(4), np.eye(4)
+        if other := getattr(task, "other", ""):
+            mechanism.link_frame(other)  # It refuses what is none.
+            base = _placed(start.orientation(other), start.point(other))
+            self._last, self._at = described.fixed_frames.get(other, (other, np.eye(4)))
+        else:
+            self._last = described.root
+        # Where the link is at the start, and where the last joint is, seen from what carries them.
+        point = np.asarray(getattr(task, "point", _ORIGIN))
+        place = _placed(start.orientation(task.link), start.point(task.link, point))
+        place, self._reached = inverse(base) @ place, np.eye(4)
+        body, frame = mechanism.link_frame(task.link)
+        normal, closing, axis = _normal(mechanism, body), "fixed", np.eye(3)[0]
+        if isinstance(task, PointTask):
+            self.block = self._point(task, place, normal)
+            closing = "continuous" if normal else "spherical"
+            axis = place[_AXES.index(normal), :3] if normal else axis
+        elif isinstance(task, PoseTask):
+            self.block = self._pose(place)
+        elif isinstance(task, AngleTask):
+            zero = (mechanism.placements_at_zero[body - 1] * frame).rotation
+            turned = float(_about(place[:3, :3] @ zero.T, task.axis))
+            self.block = self._angle(task, place, turned, task.axis == normal)
+        elif isinstance(task, DirectionTask):
+            self.block = self._direction(task, place)
+        else:
+            least = ROUNDED * mechanism.characteristic_length
+            self.block, closing = self._distance(task, place, least), "spherical"
+        link, frame = described.fixed_frames.get(task.link, (task.link, IDENTITY))
+        ends = inverse(self._reached) @ place, frame @ _placed(_UNTURNED, point)
+        name = unique(f"{self.joints[0].name} follower", taken)
+        self.loop = LoopDescription(name, closing, self._last, link, *ends, axis, axis)
+        taken.add(name)
+
+    def _add(self, kind: str, axis: str, name: str) -> str:
+        """Add a joint about or along an axis, and a link behind it; return its name."""
+        name = unique(f"{self._link}.{name}", self._taken)
         child = unique(f"{name} carriage", self._taken)
         self._taken |= {name, child}
         unit = np.eye(3)[_AXES.index(axis)]
-        self.joints.append(JointDescription(name, kind, self._last, child, origin, unit, unit))
-        self._last = child
+        self.joints.append(JointDescription(name, kind, self._last, child, self._at, unit, unit))
+        self._last, self._at = child, np.eye(4)
+        return name
 
-    def block(self, zero: pinocchio.SE3) -> Block:
-        """Return how it is driven; `zero` is the placement of the task's link at zero."""
-        task, names = self._task, [item.name for item in self.joints]
-        at = self._at[[_AXES.index(axis) for axis in self._given]]
-        if isinstance(task, PoseTask):
-            turned = pinocchio.Quaternion(self._rotation).coeffs()
-            return Block(tuple(names[:6]), tuple(names), np.append(at, np.zeros(3)), turned)
-        if isinstance(task, PointTask):
-            return Block(given := tuple(names[: len(at)]), given, at)
-        angle = _about(self._rotation @ zero.rotation.T, task.axis)
-        return Block((names[3],), (names[3],), np.array([angle]))
+    def _go(self, rotation: Array, translation: Array) -> None:
+        """Place what is added next."""
+        way = _placed(rotation, translation)
+        self._at, self._reached = self._at @ way, self._reached @ way
+
+    def _slides(self, place: Array, axes: str) -> list[str]:
+        """Add slides to where a link is."""
+        self._go(_UNTURNED, place[:3, 3])
+        return [self._add("prismatic", axis, axis) for axis in axes]
+
+    def _turns(self, axes: str) -> list[str]:
+        return [self._add("continuous", axis, f"turn_{axis}") for axis in axes]
+
+    def _point(self, task: PointTask, place: Array, normal: str) -> Block:
+        # What is given comes first, the others are passive. Out of a plane there are none.
+        slides = self._slides(place, task.axes + _without(task.axes + normal))
+        at = place[[_AXES.index(axis) for axis in task.axes], 3]
+        return Block(given := tuple(slides[: len(at)]), given, at)
+
+    def _pose(self, place: Array) -> Block:
+        # The first three turns carry the angular velocity and stand at zero, where they do not
+        # lock.
+        names = (*self._slides(place, _AXES), *self._turns(_AXES * 2))
+        turned = pinocchio.Quaternion(place[:3, :3]).coeffs()
+        return Block(names[:6], names, np.append(place[:3, 3], np.zeros(3)), turned)
+
+    def _angle(self, task: AngleTask, place: Array, turned: float, in_plane: bool) -> Block:
+        self._slides(place, _without(task.axis * in_plane))
+        turn, *_ = self._turns(task.axis + _without(task.axis) * (not in_plane))
+        return Block((turn,), (turn,), np.array([turned]))
+
+    def _direction(self, task: DirectionTask, place: Array) -> Block:
+        self._slides(place, _AXES)
+        first, second, third = np.roll(np.eye(3), -_AXES.index(task.along) - 1, axis=0)
+        x, y, z = place[:3, :3] @ task.direction @ np.stack([first, second, third], axis=1)
+        start = np.array([np.arctan2(-y, z), np.arctan2(x, np.hypot(y, z))])
+        names = []
+        for axis, angle in zip((first, second), start, strict=True):
+            self._go(pinocchio.exp3(angle * axis), np.zeros(3))
+            names += self._turns(_AXES[axis.argmax()])
+        self._turns(task.along)
+        return Block(given := tuple(names), given, start)
+
+    def _distance(self, task: DistanceTask, place: Array, least: float) -> Block:
+        way = place[:3, 3] - task.other_point
+        length = float(np.linalg.norm(way))
+        if length <= least:
+            raise ModelError(
+                f"a task of the distance of {task.link!r} from {task.other!r}, which is zero where "
+                "the scene starts and has no direction: begin elsewhere with near=",
+                name=task.link,
+            )
+        along = way / length
+        across = np.cross(along, np.eye(3)[np.abs(way).argmin()])
+        across /= np.linalg.norm(across)
+        turned = np.stack([along, across, np.cross(along, across)], axis=1)
+        self._go(turned, np.asarray(task.other_point))
+        self._add("spherical", "x", "distance foot")
+        self._go(_UNTURNED, length * np.eye(3)[0])
+        slide = self._add("prismatic", "x", "distance")
+        return Block((slide,), (slide,), np.array([length]))
+
+
+def _placed(rotation: Array, translation: Array) -> Array:
+    placement = np.eye(4)
+    placement[:3, :3], placement[:3, 3] = rotation, translation
+    return placement
+
+
+def _without(axes: str) -> str:
+    """Return the other axes."""
+    return "".join(axis for axis in _AXES if axis not in axes)

@@ -413,6 +413,131 @@ def test_rows_of_any_kind_meet() -> None:
         assert sweep.position == pytest.approx(reference.position, abs=lost)
 
 
+def universal(rows: Array, first: int) -> Array:
+    """Return directions `(N, 3)` by angles `(N, 2)` of turns about two axes in order."""
+    axes = [("xyz" * 2)[first + k].upper() for k in range(2)]
+    along = np.eye(3)[(first + 2) % 3]
+    return Rotation.from_euler("".join(axes), rows).apply(along)
+
+
+@pytest.mark.parametrize(
+    ("along", "first", "other"), [("x", 1, ""), ("z", 0, ""), ("y", 2, "upper")]
+)
+def test_directions_against_rotations_of_scipy(along: str, first: int, other: str) -> None:
+    own = np.array([0.2, 1.0, 0.1])
+    tasks = [cd.PointTask("hand"), cd.DirectionTask("hand", own, along, other), "wrist_3"]
+    robot = cd.load(machines.arm())
+    scene = cd.Scene(robot, task=tasks, actuated=[*machines.ARM], near=machines.ARM_START)
+    begun = scene.configuration()
+    carried = begun.orientation(other) if other else np.eye(3)
+    x, y, z = np.roll(own @ begun.orientation("hand").T @ carried, -first) / np.linalg.norm(own)
+    turns = np.array([np.arctan2(-y, z), np.arcsin(x)])
+    start = np.concatenate([begun.point("hand"), turns, [machines.ARM_START["wrist_3"]]])
+    rates, more = 0.1 * np.array([1.0, -2.0, 1.0, 3.0, 2.0, 1.0]), np.linspace(-0.5, 0.5, 6)
+    t = np.linspace(0.0, 0.5, 4)[:, None]
+    sweep = scene.sweep(start + t * rates, rates, more)
+    lost = 1e-15 * sweep.task_condition.max()
+    hand = sweep.point("hand")
+    base = sweep.point(other) if other else None
+    held = np.tile(np.eye(3), (4, 1, 1)) if base is None else base.orientation
+    got = (hand.orientation @ own / np.linalg.norm(own))[:, None, :] @ held
+    asked = universal(sweep.task_position[:, 3:5], first)
+    assert got[:, 0] == pytest.approx(asked, abs=lost)
+    # How fast it turns, by differences of the same angles along the parabola.
+    step = 1e-5
+    ends = [universal((start + t * rates + s * step * rates)[:, 3:5], first) for s in (1, -1)]
+    spin = hand.angular_velocity - (0.0 if base is None else base.angular_velocity)
+    seen = (np.cross(spin, hand.orientation @ own) / np.linalg.norm(own))[:, None, :] @ held
+    assert seen[:, 0] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-9)
+    assert sweep.task_residual < lost
+    assert missed(scene.task, sweep.task_position + 0.02 * np.eye(6)[4], sweep) > 0.01
+
+
+def test_distances() -> None:
+    """Those from feet to heads of a Stewart platform are the lengths of its legs."""
+    ends = zip(machines.HEADS, machines.FEET, strict=True)
+    tasks = [cd.DistanceTask("platform", "base", head, foot) for head, foot in ends]
+    platform = cd.load(machines.stewart())
+    scene = cd.Scene(platform, task=tasks, actuated=machines.LEGS, gravity=(0, 0, -9.81))
+    assert scene.rows[:2] == ("platform.distance", "platform.distance_2")
+    longer = np.linspace(0.0, 0.05, 3)[:, None] * np.arange(6)
+    rate, more = np.linspace(0.1, 0.3, 6), np.linspace(0.2, -0.2, 6)
+    sweep = scene.sweep(machines.LEG_LENGTHS + longer, rate, more)
+    driven = scene.machine.sweep(longer, rate, more)
+    assert sweep.position == pytest.approx(longer, abs=1e-14)
+    assert sweep.acceleration == pytest.approx(np.tile(more, (3, 1)), abs=1e-13)
+    assert sweep.drive_effort == pytest.approx(driven.drive_effort, abs=1e-10)
+    assert sweep.task_residual < 1e-14
+    length = platform.characteristic_length
+    off = missed(scene.task, sweep.task_position + 1e-3, sweep)
+    assert off == pytest.approx(1e-3 / length)
+    # Between links of a plane, one of them moving; and where it has no direction.
+    pair = [cd.DistanceTask("load", "p2"), cd.DistanceTask("load", "p1")]
+    sweep = five_bar(task=pair, near=machines.five_bar_start()).sweep([[0.31, 0.3]], [0.1, 0.2])
+    way = sweep.point("load").position - sweep.point("p2").position
+    assert np.linalg.norm(way) == pytest.approx(0.31, abs=1e-15)
+    assert (way @ sweep.point("load").velocity[0])[0] == pytest.approx(0.031, abs=1e-14)
+    with pytest.raises(cd.ModelError, match="zero where the scene starts"):
+        five_bar(task=[cd.DistanceTask("load", "d2", other_point=(0.25, 0, 0)), "m1"])
+
+
+def test_poses_that_the_nearest_angles_do_not_lead_to() -> None:
+    parts = [machines.link("ground"), machines.link("torso", 10.0, machines.HERE, np.ones(3))]
+    parts.append(machines.joint("base", "floating", "ground", "torso", machines.HERE, machines.X))
+    axes = [f"base.{name}" for name in ("x", "y", "z", "turn_x", "turn_y", "turn_z")]
+    free = cd.load(machines.robot("free", *parts))
+    scene = cd.Scene(free, task=cd.PoseTask("torso"), actuated=axes)
+    rows = np.zeros((60, 6))
+    rows[:, 3:] = Rotation.random(60, random_state=3).as_rotvec()
+    assert scene.reachable(rows).all()
+    sweep = scene.sweep(rows)
+    assert sweep.task_residual < 1e-15 * sweep.task_condition.max()
+
+
+@pytest.mark.parametrize("name", ["origin:e1.x", "origin:pin.successor.x", "mass:d2"])
+def test_derivatives_hold_the_task(name: str) -> None:
+    """Against differences of sweeps of mechanisms that are held otherwise."""
+    five, given = five_bar(gravity=(0.0, -9.81, 0.0)), circle(TIMES)
+    sweep = five.sweep(*given)
+    found = sweep.derivative(name)
+    of_machine = sweep.of_machine.derivative(name).drive_effort
+    if name.startswith("mass"):  # It moves nothing.
+        np.testing.assert_array_equal(found.drive_effort, of_machine)
+        return
+    step, held = 1e-5, five_bar(gravity=(0.0, -9.81, 0.0), held={name: 0.0})
+    ends = [held.sweep(*given, held={name: s * step}) for s in (1, -1)]
+    for read in (lambda of: of.drive_effort, lambda of: of["e1"].force[:, :2]):
+        slope = (read(ends[0]) - read(ends[1])) / (2.0 * step)
+        assert read(found) == pytest.approx(slope, abs=1e-7 * np.abs(slope).max())
+    where_held = held.sweep(*given).derivative(name)
+    assert where_held.drive_effort == pytest.approx(found.drive_effort, abs=1e-12)
+    assert np.abs(where_held.point("load")).max() < 1e-14
+    assert np.abs(of_machine - found.drive_effort).max() > 1.0
+    assert found.loop_residual < 1e-13 and found.balance_residual < 1e-13
+    again = pickle.loads(pickle.dumps(sweep)).derivative(name)
+    assert again.drive_effort == pytest.approx(found.drive_effort, abs=1e-12)
+
+
+def test_derivatives_by_rows_of_a_task() -> None:
+    scene, given = five_bar(gravity=(0.0, -9.81, 0.0)), circle(TIMES)
+    sweep, step = scene.sweep(*given), 1e-5
+    for order, kind in enumerate(("", "speed:", "acceleration:")):
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = [values.copy() for values in given]
+            moved[order][:, 0] += sign * step
+            ends.append(scene.sweep(*moved).drive_effort)
+        slope = (ends[0] - ends[1]) / (2.0 * step)
+        found = sweep.derivative(f"{kind}load.x").drive_effort
+        assert found == pytest.approx(slope, abs=1e-7 * np.abs(slope).max())
+    by = sweep.derivative("load.x", "origin:e1.*", "gravity.y")
+    assert [*by] == ["origin:e1.x", "origin:e1.y", "origin:e1.yaw", "gravity.y", "load.x"]
+    weights = {"drive_effort": 1.0, "e1.force_x": 2.0}
+    for name, slope in sweep.gradient(weights, *by).items():
+        summed = by[name].drive_effort.sum() + 2.0 * by[name]["e1"].force[:, 0].sum()
+        assert slope == pytest.approx(summed, rel=1e-12)
+
+
 def test_what_misses_a_task_shows() -> None:
     length = cd.load(machines.excavator()).characteristic_length
     sweep, rows = excavator().sweep(grading(3)), grading(3)
@@ -499,10 +624,10 @@ def test_more_actuated_joints_than_decide_the_motion() -> None:
     assert alone["pin"].unique[0]
     assert not shared["pin"].unique[0]
     # How they are shared changes as well, of which derivatives of the machine say nothing.
-    by = shared.derivative("m1", "gravity.x")
+    by = shared.derivative("load.x", "gravity.x")
     assert all(np.isnan(of.drive_effort).all() for of in by.values())
     with pytest.raises(cd.ModelError, match="laws of motion"):
-        shared.gradient({"m1.drive_effort": 1.0}, "m1")
+        shared.gradient({"m1.drive_effort": 1.0}, "load.x")
     # As loads they stay as they are, and are those of any sweep in linear models.
     models = [scene.machine.linear(item).A for item in (shared, other)]
     np.testing.assert_allclose(*models, rtol=1e-9, atol=1e-9)
@@ -608,6 +733,13 @@ def test_refused_scenes(given: dict[str, object], error: type, told: str) -> Non
         five_bar(**given)
 
 
+def test_many_actuated_joints_are_not_tried_in_all_combinations() -> None:
+    platform = cd.load(machines.stewart())
+    balls = [f"{end}_{k}" for end in ("foot", "head") for k in range(6)]
+    with pytest.raises(cd.MobilityError, match="7 degrees of freedom, and the task 6 rows"):
+        cd.Scene(platform, task=cd.PoseTask("platform"), actuated=balls)
+
+
 def test_refused_tasks() -> None:
     with pytest.raises(cd.ArgumentError, match="'xw'"):
         cd.PointTask("load", axes="xw")
@@ -619,6 +751,12 @@ def test_refused_tasks() -> None:
         cd.AngleTask("load", "xy")
     with pytest.raises(cd.ArgumentError, match="PoseTask: link"):
         cd.PoseTask(3)
+    with pytest.raises(cd.ArgumentError, match="points nowhere"):
+        cd.DirectionTask("load", (0.0, 0.0, 0.0))
+    with pytest.raises(cd.ArgumentError, match="expected x, y or z"):
+        cd.DirectionTask("load", (1.0, 0.0, 0.0), along="xy")
+    with pytest.raises(cd.ArgumentError, match="DistanceTask: other_point"):
+        cd.DistanceTask("load", "base", other_point=(0.0, 1.0))
 
 
 def test_refused_calls() -> None:
@@ -638,7 +776,17 @@ def test_refused_calls() -> None:
             refused()
     with pytest.raises(cd.MobilityError, match="range of one row"):
         scene.motion_range()
+    sweep = scene.sweep([[0.05, 0.28]])
+    with pytest.raises(cd.ModelError, match=r"rows, load.x, load.y, .*of_machine"):
+        sweep.derivative("speed:m1")
     with pytest.raises(cd.ModelError, match="nothing that the scene drives"):
-        scene.sweep([[0.05, 0.28]]).derivative("load.x")
+        sweep.derivative("e1")
+    named = five_bar(task=cd.PointTask("tip", axes="xy")).sweep([[0.05, 0.28]])
+    with pytest.raises(cd.ModelError, match="PointTask of 'tip' mean depends on it"):
+        named.derivative("origin:tip.x")
+    with pytest.raises(cd.ModelError, match="rows of a AngleTask"):
+        excavator().sweep(grading(1)).derivative("origin:stick_pin.pitch")
+    with pytest.raises(cd.ModelError, match="or it is no coordinate"):
+        stewart().sweep(pose(np.array([0.3]))[0]).derivative("platform.turn_x")
     with pytest.raises(TypeError, match="no argument 'tip'"):
         five_bar(tip=point())

@@ -59,6 +59,7 @@ class Inputs(NamedTuple):
         time: at which actuators act, `(N,)` or `(1,)` [s].
         has_rates: whether any sample of the sweep, also of other blocks, has a drive speed or
             acceleration.
+        is_closed: whether coordinates beside them are closed up to rounding.
     """
 
     positions: Array
@@ -72,6 +73,7 @@ class Inputs(NamedTuple):
     turns: Array
     time: Array
     has_rates: bool
+    is_closed: bool = False
 
     @staticmethod
     def of(

@@ -341,7 +341,7 @@ class ProblemSolver(Frozen):
                 overwrite them with its own.
             turns: `(N, size)` whole turns that the angles in `x` lack.
         """
-        return self._in_blocks(targets, Guess(x, turns), True)
+        return self._in_blocks(targets, Guess(x, turns, is_closed=True), True)
 
     def assembled_at(self, targets: Targets, near: Mapping[str, Array]) -> AssembledPositions:
         """Return what `assembled_in_turn` does, where positions of the joints are known already.
@@ -635,6 +635,7 @@ class _Work:
         blocks = assembled.blocks
         guess = blocks.guess(index) if isinstance(blocks, InTurn) else None
         x = blocks[index].x if guess is None else guess.x
+        inputs = inputs._replace(is_closed=guess is None or guess.is_closed)
 
         def close(samples: Array) -> ClosedState:
             if guess is None:

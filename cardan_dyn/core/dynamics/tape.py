@@ -54,12 +54,14 @@ class Kind(NamedTuple):
         links: of the wrenches on links.
         factored: links with factors on their mass.
         moves_alone: whether the motion is wanted without forces.
+        is_closed: whether samples are closed up to rounding, so that no step is left to be made.
     """
 
     moves: bool
     links: tuple[LinkKind, ...]
     factored: tuple[str, ...]
     moves_alone: bool
+    is_closed: bool = False
 
 
 class Prescribed:
@@ -262,7 +264,7 @@ class Equations:
         Raises:
             UnsuitableError: see `reactions.closed`.
         """
-        found = solved(self.tree, self.roles, given, order)
+        found = solved(self.tree, self.roles, given, order, self._kind.is_closed)
         error = found.error / self.tree.norm_length
         # Exactly 1 at the greatest that is allowed.
         unstable = greater(found.growth * THRESHOLD, found.narrowness / REGULAR_CONDITION)

@@ -274,6 +274,8 @@ class TapedSolver:
                 raise
             closed = x.copy()
             closed[:, left] = state.x.T
+            kind = kind._replace(is_closed=False)
+            equations = self.equations_of(kind)
             _, alone = self._by_tapes(equations, kind, rows, closed, left, found, opened)
             if len(alone):
                 told = alone[some(len(alone), SAMPLES)]
@@ -484,7 +486,7 @@ class TapedSolver:
             for load in links
             if load.body >= 0
         )
-        return Kind(inputs.has_rates, of_links, factored, moves_alone)
+        return Kind(inputs.has_rates, of_links, factored, moves_alone, inputs.is_closed)
 
     def equations_of(self, kind: Kind) -> Equations:
         """Return the equations of a kind of samples."""

@@ -301,7 +301,7 @@ class Solved(NamedTuple):
     narrowness: Scalar
 
 
-def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
+def solved(tree: Tree, roles: Roles, given: Given, order: Order, is_closed: bool = False) -> Solved:
     """Return all that is found at a sample.
 
     Args:
@@ -309,11 +309,14 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Order) -> Solved:
         roles: of its coordinates.
         given: what is prescribed.
         order: of the elimination.
+        is_closed: whether coordinates are closed already, so that no step is made.
 
     Raises:
         UnsuitableError: see `reactions.closed`.
     """
     guess = Position.of(tree, roles, given.x, given.offsets, order)
+    if is_closed:
+        return solved_at(guess, tree, roles, given)
     x, step = guess.corrected(tree, roles)
     found = solved_at(Position.of(tree, roles, x, given.offsets, order), tree, roles, given)
     return found._replace(step=step, growth=greater(guess.factors.growth, found.growth))

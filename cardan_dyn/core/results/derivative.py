@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -358,6 +358,23 @@ def slopes_of(
     parameters = of.parameters(names)
     rows: dict[int, Array] = {}
     samples = of.differentiated
+    for field, column, own in weighed(of, weights):
+        row = samples.row(field, column)
+        rows[row] = rows.get(row, 0.0) + own
+    with np.errstate(all="ignore"):
+        slopes, opened = samples.slopes([*parameters.values()], rows)
+    each = zip(parameters, slopes.tolist(), opened.tolist(), strict=True)
+    return frozen(
+        {name: slope for name, slope, rate in each if not _refused(name, rate, 1.0, name in names)}
+    )
+
+
+def weighed(of: Swept, weights: Mapping[str, ArrayLike]) -> Iterator[tuple[str, int, Array]]:
+    """Yield fields of `Found`, columns of them and the weights `(N,)` of these.
+
+    Raises:
+        ArgumentError, ModelError: see `Sweep.gradient`.
+    """
     for name, given in mapping("weights", weights).items():
         told = _rows_of(of, name)
         shape, values = (*of.motion.shape, *told.shape), numbers(f"weights[{name!r}]", given)
@@ -379,14 +396,7 @@ def slopes_of(
                     "motion alone: leave it out, see `unique`",
                     name=name,
                 )
-            row = samples.row(told.field, column)
-            rows[row] = rows.get(row, 0.0) + own
-    with np.errstate(all="ignore"):
-        slopes, opened = samples.slopes([*parameters.values()], rows)
-    each = zip(parameters, slopes.tolist(), opened.tolist(), strict=True)
-    return frozen(
-        {name: slope for name, slope, rate in each if not _refused(name, rate, 1.0, name in names)}
-    )
+            yield told.field, column, own
 
 
 _OPEN = math.sqrt(EPS)

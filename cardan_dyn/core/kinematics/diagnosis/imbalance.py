@@ -222,8 +222,12 @@ class _Imbalance:
             # One motion is left, that moves this joint.
             motion = left.while_resting([other for other in columns if other != column]).motions
             texts.append(motion_text(self._mechanism, best.x, motion @ motion[column], most))
+        # Of a joint that others hold, no link moves.
+        texts = [text for text in texts if text]
         more = left.number - len(texts)
-        listed = "; ".join(texts) + (f"; and {more} more" if more > 0 else "")
+        if texts and more > 0:
+            texts.append(f"and {more} more")
+        listed = f": {'; '.join(texts)}" if texts else ""
         freedoms = "1 freedom is" if left.number == 1 else f"{left.number} freedoms are"
         if len(advised) > 1:
             advice = f"{len(advised)} of them, such as {choices(advised, most=20)}"
@@ -232,7 +236,7 @@ class _Imbalance:
             useful = [each for each in candidates if rates[each] > 0.1 * np.max(rates[candidates])]
             advice = f"one of: {choices(self._drivable(useful))}"
         return (
-            f"nothing decides the motion of: {choices(free)}; {freedoms} left over: {listed}; "
+            f"nothing decides the motion of: {choices(free)}; {freedoms} left over{listed}; "
             f"drive or hold {advice}"
         )
 
@@ -370,7 +374,7 @@ class Surroundings(NamedTuple):
 
 
 def motion_text(mechanism: Mechanism, x: Array, motion: Array, most: int = _MOST) -> str:
-    """Return in words which links a motion moves, and how.
+    """Return in words which links a motion moves, and how; nothing where it moves none.
 
     Args:
         mechanism: the mechanism.
@@ -406,7 +410,7 @@ def motion_text(mechanism: Mechanism, x: Array, motion: Array, most: int = _MOST
     others = sum(len(sets[first]) for first in ordered[most:])
     if others:
         texts.append(f"{others} more {'link' if others == 1 else 'links'} with them")
-    return ", ".join(texts) if texts else "no link"
+    return ", ".join(texts)
 
 
 def _text(names: list[str], origin: Array, velocity: Array, spin: Array, length: float) -> str:

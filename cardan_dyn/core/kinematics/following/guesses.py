@@ -40,16 +40,18 @@ class Guess(NamedTuple):
         turns: `(N, size)` whole turns that have to be added to the angles in `x`.
         is_there: `(N,)` whether samples are within reach; the coordinates of others mean nothing.
             None where all have to be.
+        is_closed: whether the coordinates are closed up to rounding.
     """
 
     x: Array
     turns: Array
     is_there: Array | None = None
+    is_closed: bool = False
 
     def of_samples(self, samples: slice | Array) -> Guess:
         """Return the guess of some samples, by their indices."""
         is_there = None if self.is_there is None else self.is_there[samples]
-        return Guess(self.x[samples], self.turns[samples], is_there)
+        return Guess(self.x[samples], self.turns[samples], is_there, self.is_closed)
 
 
 class Guesses:

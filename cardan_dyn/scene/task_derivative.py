@@ -1,0 +1,136 @@
+"""Task derivative: how a sweep changes with a number while the rows of its task stay as given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext, suppress
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..core.description.origins import PREFIX
+from ..core.dynamics.differentiated import Change
+from ..core.dynamics.parameters import OfColumn, OfOrigin
+from ..core.results.derivative import Derivative, Swept, derivatives_of
+from ..kit.arrays import Array
+from ..kit.errors import ModelError, choices
+from .tasks import AngleTask, PoseTask, Task
+
+_OF_DRIVES = "", "speed:", "acceleration:"
+"""What a drive's names as parameters begin with."""
+
+
+class _Sum(NamedTuple):
+    """A sum of changes, each of them times a number of each sample.
+
+    Attributes:
+        terms: weights `(N,)` and changes.
+    """
+
+    terms: Sequence[tuple[Array, Change]]
+
+    def of(self, field: str, columns: Any = slice(None)) -> Array:
+        """Return changes of a field, see `Change.of`."""
+        each = (weights[:, None] * change.of(field, columns) for weights, change in self.terms)
+        return np.asarray(sum(each))
+
+
+class TaskDerivative(Derivative):
+    """How the results of a sweep change with a number, per its unit, while its task stays as given.
+
+    Drives move as the task then needs: it is the derivative of the machine by the number, and by
+    positions, speeds and accelerations of its drives times how these change, which the loops of
+    what follows the task tell. A row of the task as a number is what moves alone of all rows.
+    """
+
+    _terms: Sequence[tuple[Array, Derivative]]
+
+    def __init__(self, parameter: str, of: Swept, terms: Sequence[tuple[Array, Derivative]]):
+        change: Any = _Sum([(weights, item._change) for weights, item in terms])
+        self._freeze(parameter=parameter, _of=of, _change=change, _terms=terms)
+
+    def weighed(self, weights: Sequence[tuple[str, int, Array]]) -> float:
+        """Return that of a sum of columns of fields, times weights `(N,)`."""
+        each = (own @ self._change.of(field, [column])[:, 0] for field, column, own in weights)
+        return float(sum(each))
+
+    @property
+    def _residuals(self) -> tuple[float, float]:
+        each = [
+            (float(np.max(np.abs(weights), initial=0.0)), *item._residuals)
+            for weights, item in self._terms
+            if np.any(weights)
+        ]
+        # Bounds: the sum of how far loops open, and the worst of balances.
+        return sum(size * loop for size, loop, _ in each), max((b for *_, b in each), default=0.0)
+
+
+def task_derivatives(
+    of: Swept, follower: Swept, tasks: Sequence[Task], rows: Sequence[str], names: Sequence[str]
+) -> Mapping[str, TaskDerivative]:
+    """Return derivatives by some numbers, see `TaskSweep.derivative`.
+
+    Args:
+        of: the sweep of the machine.
+        follower: how the task is followed.
+        tasks: the tasks.
+        rows: names of their rows.
+        names: of the numbers.
+
+    Raises:
+        ArgumentError, ModelError: as `Sweep.derivative`; or how the task is met depends on it.
+    """
+    drives, count = of.problem.independent, len(of.motion.x)
+    of_rows = {f"{kind}{row}" for kind in _OF_DRIVES for row in rows}
+    of_drives = [f"{kind}{drive}" for kind in _OF_DRIVES for drive in drives]
+    others = [name for name in names if name not in of_rows]
+    for name in set(of_drives).intersection(others):
+        raise ModelError(
+            f"{name!r}: drives move as the task says; name one of its rows, {choices(rows)}, or "
+            "ask sweep.of_machine.derivative(...), which holds what moves as it is",
+            name=name,
+        )
+    known = {} if not others else dict(of.parameters(others))
+    numbers = [name for name in known if name not in of_drives]
+    by = derivatives_of(of, [*others, *of_drives])
+    found: dict[str, TaskDerivative] = {}
+    for name in dict.fromkeys([*numbers, *(name for name in names if name in of_rows)]):
+        terms = []
+        if name in numbers:
+            if name not in by:
+                continue  # One of a pattern by which there is none.
+            terms.append((np.ones(count), by[name]))
+        if name in of_rows or isinstance(known[name], OfColumn | OfOrigin):
+            with nullcontext() if name in names else suppress(ModelError):
+                _refuse(tasks, name)
+                motion = derivatives_of(follower, [name])[name].motion
+                reads = motion.position, motion.velocity, motion.acceleration
+                for kind, read in zip(_OF_DRIVES, reads, strict=True):
+                    terms += [(read(d).reshape(-1), by[f"{kind}{d}"]) for d in drives]
+                found[name] = TaskDerivative(name, of, terms)
+        else:
+            found[name] = TaskDerivative(name, of, terms)
+    return found
+
+
+def _refuse(tasks: Sequence[Task], name: str) -> None:
+    """Refuse numbers that change what rows mean, and rows that are no coordinates.
+
+    Raises:
+        ModelError: it is such a number.
+    """
+    place, _, component = name.removeprefix("speed:").removeprefix("acceleration:").rpartition(".")
+    origin = place.removeprefix(PREFIX) if place.startswith(PREFIX) else ""
+    for task in tasks:
+        if isinstance(task, str):
+            continue
+        turns = isinstance(task, AngleTask) and origin and component in ("roll", "pitch", "yaw")
+        carries = origin and origin in (task.link, getattr(task, "other", ""))
+        of_pose = isinstance(task, PoseTask) and place == task.link and component[:5] == "turn_"
+        if turns or carries or of_pose:
+            raise ModelError(
+                f"{name!r}: what rows of a {type(task).__name__} of {task.link!r} mean depends on "
+                "it, or it is no coordinate, so that no derivative is known here; "
+                "sweep.of_machine.derivative(...) holds the motion of the drives instead",
+                name=name,
+            )
