@@ -46,6 +46,7 @@ OFFERED = {
     "problem.samples": ("Targets", "acting_on", "targets_of"),
     "response.identity": ("forces_identity",),
     "results.axes": ("in_fixed_axes",),
+    "results.derivative": ("efforts_by",),
     "results.collect": ("motion_at", "scattered", "sweep_of"),
     "results.element_results": ("ElementResults",),
     "results.inertia": ("mass_matrix_of",),

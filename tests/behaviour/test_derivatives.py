@@ -618,3 +618,21 @@ def test_more_than_memory_is_refused_before(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr("os.sysconf", lambda _: 1000)
     with pytest.raises(cd.CardanError, match="name fewer parameters"):
         sweep.derivative("mass:*", "centre:*", "inertia:*")
+
+
+def test_samples_that_several_orders_of_elimination_serve() -> None:
+    """Where one order ends, another one goes on: what the first makes of these samples is nothing.
+
+    A shaft that tilts behind a joint, over a turn.
+    """
+    rig = cd.load("elastic_thoma_rig")
+    names = ["bearing_in", *rig.joint_springs]
+    scene = cd.Scene(rig, drive=names, held={"joint_angle": 0.15}, outputs=[])
+    random = np.random.default_rng(0)
+    turn = np.linspace(0.0, 2.0 * np.pi, 21)
+    states = np.column_stack([turn, 0.01 * random.normal(size=(21, 2))])
+    moves = random.normal(size=(2, *states.shape))
+    by = scene.sweep(states, *moves).derivative("tilt_y").drive_effort
+    way = 1e-5 * (np.array(names) == "tilt_y")
+    ends = [scene.sweep(states + sense * way, *moves).drive_effort for sense in (1.0, -1.0)]
+    assert by == pytest.approx((ends[0] - ends[1]) / 2e-5, abs=1e-7 * np.abs(by).max())

@@ -433,7 +433,10 @@ class Samples:
             for tape, part in runs:
                 for index, row in enumerate(tape.places[k][0].tolist()):
                     if row >= 0:
-                        told[index] = np.maximum(told[index], part.results[row].max(initial=0.0))
+                        # Other samples are those of another tape.
+                        columns = slice(None) if part.columns is None else part.columns
+                        most = part.results[row, columns].max(initial=0.0)
+                        told[index] = np.maximum(told[index], most)
             parts = [(part, tape.places[k][1]) for tape, part in runs]
             changes.append(Change(self.equations, self._x.shape[1], parts, *told.tolist()))
         return changes

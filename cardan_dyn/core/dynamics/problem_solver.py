@@ -26,7 +26,7 @@ from ..mechanism.kept import Kept
 from ..problem.acting import Acting
 from ..problem.arguments import wanted_outputs
 from ..problem.problem import Problem
-from ..problem.samples import Targets, acting_on
+from ..problem.samples import Targets
 
 if TYPE_CHECKING:
     from ..kinematics.loops.groups import Group
@@ -414,7 +414,7 @@ class ProblemSolver(Frozen):
             AccuracyError: a residual exceeds its tolerance, or flags of uniqueness are wrong.
             IndeterminateError: a component of an output is not unique, and the problem is strict.
         """
-        work = _Work(self, assembled, acting)
+        work = Work(self, assembled, acting)
         if len(assembled.spans) == 1:
             solution = work.block(0)
             solution.prove(assembled.targets.positions)
@@ -440,7 +440,7 @@ class ProblemSolver(Frozen):
         from .collected import Rows
         from .inverse_dynamics import refuse_overflow
 
-        work, rows = _Work(self, assembled, acting), Rows(len(assembled))
+        work, rows = Work(self, assembled, acting), Rows(len(assembled))
 
         def put(index: int) -> None:
             found = self.taped.moved(*work.given(index))
@@ -452,40 +452,6 @@ class ProblemSolver(Frozen):
         )
         x, v, a = (rows.arrays[name] for name in ("x", "v", "a"))
         return x, v, a
-
-    def inertial_efforts(
-        self, assembled: AssembledPositions, moves: Sequence[tuple[Array, Array]]
-    ) -> Array:
-        """Return `(N, m, d)` efforts of the drives that move the bodies alone, without a proof.
-
-        Args:
-            assembled: N samples of this solver, or of one that moves alike.
-            moves: m pairs of speeds and accelerations of the drives `(d,)`.
-        """
-        from .inverse_dynamics import Inputs
-
-        problem, own, found = self.problem, self.assembly.kinematics, []
-        speeds, accelerations = map(np.array, zip(*moves, strict=True))
-        nothing = acting_on(problem)._replace(joint_loads=frozen({})).flat((1,))
-        for span, state in zip(assembled.spans, assembled.blocks, strict=True):
-            targets, turns = assembled.targets.block(span), assembled.turns[span]
-            given = Inputs.of(problem, targets, nothing, turns, True)
-            # All moves at a position follow each other.
-            every = np.repeat(np.arange(len(state.x)), len(moves))
-            x = state.x[every]
-            still = given.of_samples(every)._replace(
-                speeds=np.tile(speeds, (len(state.x), 1)),
-                accelerations=np.tile(accelerations, (len(state.x), 1)),
-                gravity=np.zeros((1, 3)),
-                inertia={},
-            )
-
-            def closed(samples: Array, x: Array = x) -> ClosedState:
-                return own.evaluate(x[samples])
-
-            efforts = self.taped.found(x, still, closed, [])[0].efforts[:, own.drives]
-            found.append(efforts.reshape(len(state.x), len(moves), -1))
-        return np.concatenate(found)
 
     def keeps_rates(self, count: int) -> bool:
         """Return whether a sweep of several blocks, of that many samples, keeps its rates."""
@@ -604,7 +570,7 @@ class ProblemSolver(Frozen):
         )
 
 
-class _Work:
+class Work:
     """Blocks of a sweep to be solved."""
 
     def __init__(self, solver: ProblemSolver, assembled: AssembledPositions, acting: Acting):

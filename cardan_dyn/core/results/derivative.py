@@ -17,7 +17,12 @@ from ..description.origins import PREFIX
 from ..dynamics.differentiated import Change, Differentiated
 from ..dynamics.inverse_dynamics import Inputs
 from ..dynamics.parameters import Parameter
-from ..dynamics.problem_solver import ProblemSolver, refuse_beyond_memory
+from ..dynamics.problem_solver import (
+    AssembledPositions,
+    ProblemSolver,
+    Work,
+    refuse_beyond_memory,
+)
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..elements.link_loads import WRENCH_COMPONENTS
 from ..mechanism.carried import CarriedFrame
@@ -397,6 +402,43 @@ def weighed(of: Swept, weights: Mapping[str, ArrayLike]) -> Iterator[tuple[str, 
                     name=name,
                 )
             yield told.field, column, own
+
+
+def efforts_by(
+    solver: ProblemSolver, assembled: AssembledPositions, acting: Acting, names: Sequence[str]
+) -> tuple[Array, Array]:
+    """Return efforts of the drives `(N, d)`, and their derivatives by numbers `(N, d, k)`.
+
+    They are not proven, which a sweep does, and take a part of its time.
+
+    Args:
+        solver: of the scene.
+        assembled: N samples of it.
+        acting: how fast the drives move and what acts.
+        names: of the numbers.
+
+    Raises:
+        CardanError: as `Sweep.derivative`.
+    """
+    drives = solver.assembly.kinematics.drives
+    parameters = solver.parameters.of(
+        "parameters",
+        (tuple(names), *acting.link_loads),
+        lambda: parameters_of(solver.problem, acting, names),
+    )
+    work, efforts, slopes = Work(solver, assembled, acting), [], []
+    for index in range(len(assembled.spans)):
+        x, given, close = work.given(index)
+        found = solver.taped.found(x, given, close)[0]
+        with np.errstate(all="ignore"):
+            samples = Differentiated(solver, found.x, found.v, given)
+            changes = samples.changes([*parameters.values()])
+        for name, change in zip(parameters, changes, strict=True):
+            _refused(name, change.opened, change.farthest, is_asked=True)
+        efforts.append(found.efforts[:, drives])
+        of = [change.of("efforts", drives) for change in changes]
+        slopes.append(np.stack(of, axis=2))
+    return np.concatenate(efforts), np.concatenate(slopes)
 
 
 _OPEN = math.sqrt(EPS)

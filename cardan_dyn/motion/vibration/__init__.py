@@ -1,9 +1,8 @@
 """Vibration: periodic motions about a drive at constant speed, and what becomes of small ones.
 
-`model` samples the efforts of a rotating scene for a reduced model, polynomial in the free
-coordinates and trigonometric in the drive's. `motions` finds periodic motions by harmonic balance,
-follows them over speed by continuation, corrects them against the scene and says which are stable;
-`models` have ranges as wide in each coordinate as motions are, small ones first. `regions` tells
-stability between speeds at which it is known by polynomials, as far as these are sure. `results`
-are what users get.
+`model` has the equation of the free coordinates: their efforts along a motion, and the exact
+derivatives of these. `motions` finds periodic motions by harmonic balance, from rest and from
+others, follows them over speed by continuation, holds them against sweeps and says which are
+stable. `regions` tells stability between speeds at which it is known by polynomials, as far as
+these are sure. `results` are what users get.
 """

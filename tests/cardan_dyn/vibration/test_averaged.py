@@ -7,7 +7,7 @@ import pytest
 
 from cardan_dyn.kit.periodic import nodes
 from cardan_dyn.motion.vibration.model.modes import averaged, modes
-from cardan_dyn.motion.vibration.model.reduced_model import LocalEquation
+from cardan_dyn.motion.vibration.model.motion_equation import LocalEquation
 
 
 def of(mass: object, damping: object, stiffness: object) -> tuple:

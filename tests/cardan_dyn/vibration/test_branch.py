@@ -34,7 +34,7 @@ def test_folds_and_peak(scene: object) -> None:
     ]
     for ends in ((0.46, 0.55), (0.55, 0.46)):
         (start,) = search.primary(np.array(ends[:1]))
-        found = Branch(search.models, Point.of(start), ends[1])
+        found = Branch(Point.of(start), ends[1])
         assert found.is_whole
         assert not found.reason
         speeds = np.array([point.speed for point in found.points])
@@ -57,7 +57,7 @@ def test_folds_and_peak(scene: object) -> None:
 def test_a_branch_ends_where_motions_are_too_large(scene: object) -> None:
     search = MotionSearch(rotating_scene(scene), max_amplitude=0.2)
     (start,) = search.primary(np.array([0.46]))
-    found = Branch(search.models, Point.of(start), 0.55)
+    found = Branch(Point.of(start), 0.55)
     assert not found.is_whole
     assert "`max_amplitude`, 0.2" in found.reason
     assert max(float(np.max(np.abs(point.q))) for point in found.points) > 0.1

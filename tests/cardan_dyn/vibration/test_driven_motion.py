@@ -11,7 +11,7 @@ import cardan_dyn as cd
 from cardan_dyn import VibrationError
 from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.motion.vibration.motions.driven import Characteristic, Driven, DrivenMotions
-from cardan_dyn.motion.vibration.motions.models import Motions
+from cardan_dyn.motion.vibration.motions.harmonic_balance import Motions
 from cardan_dyn.motion.vibration.motions.search import MotionSearch
 
 BETA = np.radians(25.0)
@@ -23,7 +23,7 @@ def near(
     search = MotionSearch(rotating_scene(scene))
     (motions,) = search.primary(np.array(speeds))
     finder = DrivenMotions(
-        search.models.efforts, search.rotating.period, search.rotating.units, torque
+        search.model.efforts, search.rotating.period, search.rotating.units, torque
     )
     return finder.of(motions.course.speed, motions.course.q, motions.model.divisor), motions
 

@@ -8,8 +8,8 @@ from testkit import elastic_rigs
 
 from cardan_dyn.kit.periodic import amplitudes
 from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.harmonic_balance import Motions
 from cardan_dyn.motion.vibration.motions.linear import at_mean, averaged_motions, linear_motions
-from cardan_dyn.motion.vibration.motions.models import Motions
 from cardan_dyn.motion.vibration.motions.search import MotionSearch
 
 

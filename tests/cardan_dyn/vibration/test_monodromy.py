@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from scipy.special import mathieu_a, mathieu_b
 
 from cardan_dyn.kit.periodic import nodes
-from cardan_dyn.motion.vibration.model.reduced_model import LocalEquation
+from cardan_dyn.motion.vibration.model.motion_equation import LocalEquation
 from cardan_dyn.motion.vibration.motions.stability import first_order, gauss, monodromy
 
 

@@ -1,1 +1,1 @@
-"""Model: the efforts of free coordinates as interpolated functions, and their linear modes."""
+"""Model: the equation of free coordinates along a motion, and its linear modes."""

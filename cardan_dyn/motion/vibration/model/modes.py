@@ -9,7 +9,7 @@ import numpy as np
 from ....core.elements.link_motions import LinkMotions
 from ....kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ....kit.periodic import nodes
-from .reduced_model import LocalEquation
+from .motion_equation import LocalEquation
 from .rotating_scene import RotatingScene
 
 _ROUNDING = 16.0 * EPS

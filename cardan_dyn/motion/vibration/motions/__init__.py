@@ -1,1 +1,1 @@
-"""Motions: periodic motions of a model, held against its scene, and their stability."""
+"""Motions: periodic motions, held against sweeps of their scene, and their stability."""

@@ -16,45 +16,31 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import Array
+from ....kit.arrays import EPS, ROUNDED, Array
 from ....kit.errors import CardanError
 from ....kit.extremes import peak
 from ....kit.periodic import MOST_NODES, next_size, resampled, tail
 from ....kit.time_left import Task
-from ..model.build import FINE, ROUGH, WORST_ERROR
-from ..model.reduced_model import LocalEquation, ReducedModel
-from .correction import along
-from .harmonic_balance import course_of, jacobian, lacks_orders
-from .models import ROOM_AHEAD, MotionModels, Motions
+from ..model.motion_equation import LocalEquation, MotionEquation
+from .harmonic_balance import Motions, course_of, jacobian, lacks_orders, swings
 
 _FIRST, _SHORTEST, _LONGEST = 0.05, 1e-7, 0.3
 """Steps: 1 is the greatest motion on the branch so far, or the width of the range."""
-_AT_LAST = 5e-3
-"""Shortest step towards the end of what can be modelled."""
 _FORETOLD = 0.02
 """Error of a motion that was foretold, in the same measure, at which a step is right."""
 _TURN = 0.9
 """Cosine of the angle between two tangents from which on a step was too long."""
-_CORRECTED, _SWEPT = 1e-8, 1e-10
-"""Step, as a fraction of the range of the model, that no other follows: of Newton's method, which
-converges quadratically, and of steps on efforts by sweeps."""
+_AT_LAST = 5e-3
+"""Shortest step towards the end of what is asked for."""
 _CUT = 1e-4
 """Highest orders, as a fraction of a motion, that a rough branch may lack."""
 _MOST_CORRECTIONS = 7
-_MOST_SWEEPS = 12
-"""Steps on efforts by sweeps, with the derivatives of a rough model: they converge linearly."""
-_FARTHEST = 0.1
-"""Longest of these steps, as a fraction of the range: what is farther away is another motion."""
 _MOST_POINTS, _MOST_ROUGH = 3000, 200
 """Of a branch, and of a rough one: none that was of use had more than a hundred."""
 _HALVINGS = 6
 """Of the interval in which two branches cross, which then is shorter than the first step aside."""
 _LOOP = 8
 """Points before which no curve can be closed."""
-_FURTHER = 1.1
-"""Range of the next model, if one is known, as a multiple of the motion that has left one."""
-_FULL = 0.98
-"""Way from the middle of a model, in half ranges, from which on a motion takes a wider one."""
 _BACK = 0.25
 """How far before its beginning a branch may come back, as a fraction of the range of speed."""
 
@@ -63,18 +49,16 @@ class Point(NamedTuple):
     """A motion on a branch.
 
     Attributes:
-        model: in which it was found.
+        model: equation on its nodes.
         speed: of the drive [rad/s].
         q: `(N, n)` at the nodes of a period.
         sign: of the determinant of the equation's Jacobian.
-        is_exact: whether sweeps agree, where the model is a rough one.
     """
 
-    model: ReducedModel
+    model: MotionEquation
     speed: float
     q: Array
     sign: float
-    is_exact: bool = False
 
     @classmethod
     def of(cls, motions: Motions, row: int = 0) -> Point:
@@ -90,16 +74,11 @@ class Point(NamedTuple):
         return self.sign == other.sign and bool(np.all(apart <= gap))
 
     @property
-    def error(self) -> float:
-        """Error of a rough model that sweeps have not put right, as a fraction of the efforts."""
-        return 0.0 if self.is_exact or self.model.error <= WORST_ERROR else self.model.error
-
-    @property
     def motions(self) -> Motions:
         """The same as motions of one speed."""
         course = course_of(self.q[None], np.array([self.speed]), self.model.period)
         sign = np.array([self.sign])
-        return Motions(self.model, np.zeros(1, dtype=int), course, sign, self.model)
+        return Motions(self.model, np.zeros(1, dtype=int), course, sign)
 
 
 Way = tuple[Array, float]
@@ -131,7 +110,6 @@ class Branch:
 
     def __init__(
         self,
-        models: MotionModels,
         start: Point,
         last: float,
         *,
@@ -142,16 +120,14 @@ class Branch:
         """Follow the branch.
 
         Args:
-            models: of the scene.
             start: its first point.
             last: speed at which the range ends [rad/s].
             first: speed at which it begins; somewhat before the start if None.
             way: along which to leave the start; towards the last speed if None.
-            is_rough: whether rough models are enough, with points that are near to motions. If not,
-                points in which the branch turns, and those between others, are held against sweeps
-                where no finer model reaches as far.
+            is_rough: whether points near to motions are enough, which have fewer nodes.
         """
-        self._models, self._units, self._is_rough = models, models.rotating.units, is_rough
+        self._units, self._most = start.model.units, start.model.most
+        self._is_rough = is_rough
         self._first = start.speed - _BACK * (last - start.speed) if first is None else first
         self._last = last
         self._width = abs(last - (start.speed if first is None else first))
@@ -160,31 +136,18 @@ class Branch:
         self.points = [start]
         self._grow(start)
         try:
-            if is_rough and start.model.error < ROUGH:
-                start = self._roughly(start)
             self._follow(start, way)
         except CardanError as error:
             self.reason = str(error)
         except np.linalg.LinAlgError:
             self.reason = "it has no way on that is its own"
 
-    def _roughly(self, point: Point) -> Point:
-        """Return a point in a rough model, which has fewer nodes."""
-        middle = np.mean(point.q, axis=0)
-        size = np.max(np.abs(point.q - middle) / self._units, axis=0)
-        model = self._models.widest(middle, size, ROUGH, room=ROOM_AHEAD)
-        while True:
-            q = resampled(point.q, model.count)
-            found = self._corrected(model, q, point.speed, (np.zeros_like(q), 1.0))
-            if found is not None or model.count >= len(point.q):
-                return found or point
-            model = model.on(next_size(model.count + 1))
-
     def _follow(self, point: Point, way: Way | None) -> None:
         sense = np.sign(self._last - self._first)
         if way is not None:
             way = resampled(way[0], len(point.q)), way[1]
-        point, ahead = self._at_home(point, way or (np.zeros_like(point.q), sense))
+        way = way or (np.zeros_like(point.q), sense)
+        point, ahead = self._at_home(point, self._tangent(point, way))
         self.points = [point]
         step, shortest = _FIRST, _SHORTEST
         most = _MOST_ROUGH if self._is_rough else _MOST_POINTS
@@ -193,7 +156,6 @@ class Branch:
                 try:
                     found = self._step(point, ahead, step)
                 except CardanError as error:
-                    # No model reaches as far as the step.
                     found, shortest, self.reason = None, _AT_LAST, str(error)
                 if found is None:
                     step *= 0.4
@@ -231,17 +193,14 @@ class Branch:
         if speed * self._last <= 0.0:
             return None
         found = self._corrected(point.model, q, speed, (way, rate))
-        if found is None and not self._holds(point.model, q):
-            model = self._wider(q)
-            q, way = (resampled(item, model.count) for item in (q, way))
-            found = self._corrected(model, q, speed, (way, rate))
         if found is None:
             return None
-        gap = self._length(found.q - q, found.speed - speed)
+        there, tangent = found
+        gap = self._length(there.q - q, there.speed - speed)
         if gap > 2.0 * _FORETOLD:
             return None
         # What the next tangent is compared with has the nodes and the model of the new point.
-        further, (q_way, rate_on) = self._at_home(found, (way, rate))
+        further, (q_way, rate_on) = self._at_home(there, tangent)
         old = resampled(way, len(q_way))
         cosine = self._product((old, rate), (q_way, rate_on))
         if cosine < _TURN:
@@ -250,75 +209,68 @@ class Branch:
         return further, (q_way, rate_on), factor
 
     def _at_home(self, point: Point, way: Way) -> tuple[Point, Way]:
-        """Return a point in a model that has room for it, on enough nodes; and the way on."""
+        """Return a point on enough nodes, and the way on.
+
+        Args:
+            point: on too few, maybe.
+            way: the way on there.
+
+        Raises:
+            CardanError: it is larger than is asked for.
+        """
         while True:
-            if not self._holds(point.model, point.q):
-                model = self._wider(point.q)
-            elif self._lacks_orders(point) and len(point.q) < MOST_NODES:
-                model = point.model.on(next_size(len(point.q) + 1))
-            else:
-                return point, self._tangent(point, way)
+            if swings(point.q[None], self._units)[0] > self._most:
+                raise CardanError(
+                    f"its motions are larger than `max_amplitude`, {self._most:g}: a greater one "
+                    "looks farther"
+                )
+            if not self._lacks_orders(point) or len(point.q) == MOST_NODES:
+                return point, way
+            model = point.model.on(next_size(len(point.q) + 1))
             q, way = resampled(point.q, model.count), (resampled(way[0], model.count), way[1])
             found = self._corrected(model, q, point.speed, way)
             if found is None:
                 raise CardanError("no motion was found beside its last one")
-            point = found
+            point, way = found
 
     def _lacks_orders(self, point: Point) -> bool:
         if not self._is_rough:
             return bool(lacks_orders(point.model, point.q[None])[0])
         return bool(np.max(tail(point.q - np.mean(point.q, axis=0))) > _CUT)
 
-    def _holds(self, model: ReducedModel, q: Array) -> bool:
-        return bool(np.max(np.abs((q - model.centre) / model.half)) <= _FULL)
-
-    def _wider(self, q: Array) -> ReducedModel:
-        """Return a model that holds a motion."""
-        middle = np.mean(q, axis=0)
-        sizes = np.max(np.abs(q - middle) / self._units, axis=0)
-        size, most = float(np.max(sizes)), self._models.max_amplitude
-        if size < most:
-            for error in (ROUGH,) if self._is_rough else (FINE, ROUGH):
-                model = self._models.widest(middle, _FURTHER * sizes, error, room=ROOM_AHEAD)
-                model = model.on(max(model.count, len(q)))
-                if self._holds(model, resampled(q, model.count)):
-                    return model
-        if size < _FULL * most:
-            raise CardanError(
-                f"from motions of {size:.3g} rad (or characteristic lengths) on, no model reaches "
-                "as far"
-            )
-        raise CardanError(
-            f"its motions are larger than `max_amplitude`, {most:g}: a greater one looks farther"
-        )
-
-    def _corrected(self, model: ReducedModel, q: Array, speed: float, way: Way) -> Point | None:
-        """Return the motion across a way, or None."""
-        across = self._dual(*way)
+    def _corrected(
+        self, model: MotionEquation, q: Array, speed: float, way: Way
+    ) -> tuple[Point, Way] | None:
+        """Return the motion across a way, and the way on there, in the same sense; or None."""
+        across, before = self._dual(*way), np.nan
         for _ in range(_MOST_CORRECTIONS):
             equation, matrix = self._bordered(model, q, speed, across)
-            side = np.append(-equation.efforts[0].T.ravel(), 0.0)
+            sides = np.zeros((len(matrix), 2))
+            sides[:-1, 0], sides[-1, 1] = -equation.efforts[0].T.ravel(), 1.0
             try:
-                change = np.linalg.solve(matrix, side)
+                change, ahead = np.linalg.solve(matrix, sides).T
             except np.linalg.LinAlgError:
                 return None
             change_q = change[:-1].reshape(q.shape[1], -1).T
             q, speed = q + change_q, speed + float(change[-1])
-            length = float(np.max(np.abs(change_q / model.half)))
-            if not np.isfinite(length) or length > 1.0 or speed * self._last <= 0.0:
+            length = max(
+                float(np.max(np.abs(change_q / self._units))), abs(float(change[-1] / speed))
+            )
+            if not length <= self._most or speed * self._last <= 0.0:
                 return None
-            if length <= _CORRECTED and abs(change[-1]) <= _CORRECTED * abs(speed):
+            # Steps shrink by their squares.
+            if length <= ROUNDED or length * (length / before) ** 2 <= EPS:
                 sign = float(np.linalg.slogdet(matrix[:-1, :-1])[0])
-                is_near = np.max(np.abs((q - model.centre) / model.half)) <= 1.02
-                return Point(model, float(speed), q, sign) if is_near else None
+                return Point(model, float(speed), q, sign), self._unit(ahead, q)
+            before = length
         return None
 
     def _bordered(
-        self, model: ReducedModel, q: Array, speed: float, across: Array
+        self, model: MotionEquation, q: Array, speed: float, across: Array
     ) -> tuple[LocalEquation, Array]:
         """Return the equation of a motion, and its Jacobian beside the speed's, above a row."""
         at = np.array([speed])
-        equation = model.equation(course_of(q[None], at, model.period))
+        equation = model.along(course_of(q[None], at, model.period))
         inner = jacobian(equation, at, model.period)[0]
         matrix = np.empty((len(inner) + 1, len(inner) + 1))
         matrix[:-1, :-1], matrix[:-1, -1], matrix[-1] = inner, equation.slope[0].T.ravel(), across
@@ -441,43 +393,17 @@ class Branch:
     def beside(self, point: Point, way: Way) -> Point | None:
         """Return the point at a first step along a way that leaves this branch; None if none."""
         q, speed = point.q + _FIRST * way[0], point.speed + _FIRST * way[1]
-        return self._corrected(point.model, q, speed, way)
+        found = self._corrected(point.model, q, speed, way)
+        return found and found[0]
 
     def between(self, first: Point, second: Point, share: float) -> Point | None:
         """Return the point at a share of the way from one to the next."""
-        model = max((first, second), key=lambda point: (np.min(point.model.half), len(point.q)))
         count = max(len(first.q), len(second.q))
         ends = [resampled(point.q, count) for point in (first, second)]
         way, rate = ends[1] - ends[0], second.speed - first.speed
         q, speed = ends[0] + share * way, first.speed + share * rate
-        found = self._corrected(model.model.on(count), q, speed, (way, rate))
-        if found is None or found.model.error <= WORST_ERROR or self._is_rough:
-            return found
-        return self._swept(found, (way, rate))
-
-    def _swept(self, point: Point, way: Way) -> Point:
-        """Return a point of a rough model after steps across a way on efforts by sweeps.
-
-        Where they do not converge, the point stays that of the rough model, whose error it has.
-        """
-        model, q, speed = point.model, point.q, point.speed
-        efforts = self._models.efforts
-        _, matrix = self._bordered(model, q, speed, self._dual(*way))
-        for _ in range(_MOST_SWEEPS):
-            course = course_of(q[None], np.array([speed]), model.period)
-            try:
-                left = along(efforts, model, course)[0]
-                change = np.linalg.solve(matrix, np.append(-left.T.ravel(), 0.0))
-            except (CardanError, np.linalg.LinAlgError):
-                return point
-            change_q = change[:-1].reshape(q.shape[1], -1).T
-            q, speed = q + change_q, speed + float(change[-1])
-            length = float(np.max(np.abs(change_q / model.half)))
-            if not length <= _FARTHEST:
-                return point
-            if length <= _SWEPT and abs(change[-1]) <= _SWEPT * abs(speed):
-                return point._replace(q=q, speed=speed, is_exact=True)
-        return point
+        found = self._corrected(first.model.on(count), q, speed, (way, rate))
+        return found and found[0]
 
 
 def _speed_along(sense: float) -> Callable[[Point], float]:

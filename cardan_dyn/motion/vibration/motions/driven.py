@@ -24,7 +24,7 @@ from ....kit.checks import described, numbers
 from ....kit.differences import displacements, slopes
 from ....kit.errors import ArgumentError, VibrationError
 from ....kit.periodic import derivatives, interpolation, next_size, nodes, tail
-from ..model.efforts import FreeEfforts
+from ..model.efforts import FreeEfforts, LocalEfforts
 
 _STEPS = 12
 _CONVERGED = 1e-10
@@ -108,14 +108,6 @@ class Driven(NamedTuple):
     rate: Array
     torque: Array
     lack: Array
-
-
-class _Local(NamedTuple):
-    """Derivatives of the efforts `(S, N, 1 + n, …)` at the nodes."""
-
-    by_position: Array
-    by_speed: Array
-    by_acceleration: Array
 
 
 class _Grid(NamedTuple):
@@ -261,28 +253,6 @@ class DrivenMotions:
         found = self._efforts.through(position.reshape(-1, shape[2]), flat)
         return [item.reshape(shape) for item in found]
 
-    def _local(self, place: Array, moves: Sequence[Array], speed: Array) -> _Local:
-        """Return derivatives of efforts, by differences that are exact for speeds."""
-        units = np.concatenate([[1.0], self._units])
-        size = np.abs(speed)[:, None, None, None] ** np.arange(1, 3) * units[:, None]
-
-        def change(index: int, kind: int) -> Array:
-            return size[..., index, None, kind] * np.eye(len(units))[index]
-
-        v, a = moves
-        rows = range(len(units))
-        ways = [(v + sense * change(i, 0), a) for i in rows for sense in (1.0, -1.0)]
-        ways += [(v, a + sense * change(i, 1)) for i in rows for sense in (1.0, -1.0)]
-        found = self._at(place, *ways)
-        gaps = [0.5 * (found[2 * i] - found[2 * i + 1]) for i in range(2 * len(units))]
-        by_speed = np.stack([gaps[i] / size[..., i, None, 0] for i in rows], axis=3)
-        by_acceleration = np.stack(
-            [gaps[len(units) + i] / size[..., i, None, 1] for i in rows], axis=3
-        )
-        beside = np.pad(displacements(self._units), ((0, 0), (1, 0)))
-        moved = np.array([self._at(place + way, moves)[0] for way in beside])
-        return _Local(slopes(moved, self._units), by_speed, by_acceleration)
-
     def _jacobian(self, grid: _Grid, speed: Array, pace: Array, q: Array, scale: Array) -> Array:
         """Return derivatives `(S, K, K)` of the equations by pace / Ω, q / unit and lack / size."""
         size, count, free = q.shape
@@ -290,7 +260,8 @@ class DrivenMotions:
         rate, bend = (np.einsum("ij,sjk->sik", item, q) for item in (first, second))
         change, w, own = (pace @ first.T)[..., None], pace[..., None], np.eye(count)
         place, *moves = grid.states(pace, q)
-        local = self._local(place, moves, speed)
+        flat = self._efforts.local(*(item.reshape(-1, 1 + free) for item in (place, *moves)))
+        local = LocalEfforts(*(item.reshape(size, count, *item.shape[1:]) for item in flat))
         # Speeds are w and w q', accelerations w w' and w² q'' + w w' q'.
         ahead = np.concatenate([np.ones_like(w), rate], axis=2)
         plain = np.concatenate([change, 2.0 * w * bend + change * rate], axis=2)

@@ -1,4 +1,4 @@
-"""Harmonic balance: periodic motions of a reduced model, by collocation and Newton's method.
+"""Harmonic balance: periodic motions of a scene, by collocation and Newton's method.
 
 The motion is a Fourier sum with as many orders as the nodes of a period carry; the efforts vanish
 at all nodes. Many speeds and guesses are solved together.
@@ -6,38 +6,52 @@ at all nodes. Many speeds and guesses are solved together.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import ROUNDED, Array
+from ....kit.arrays import EPS, ROUNDED, Array
 from ....kit.periodic import MOST_NODES, TAIL, derivatives, next_size, resampled, tail
-from ..model.reduced_model import Course, LocalEquation, ReducedModel
+from ..model.motion_equation import Course, LocalEquation, MotionEquation
 
 _MOST_STEPS = 30
-CONVERGED = 1e-12
-"""Step, as a fraction of the range, at which Newton's method has converged quadratically: the next
-one would be rounding."""
-ROUGHLY = 1e-6
-"""The same in a rough model, whose motions are refined."""
-_QUADRATIC, _NEXT = 1e-6, 1e-2
-"""Step from which on the next one is foretold, and how long that may be, as a fraction of the step
-at which Newton's method has converged."""
 _SINGULAR_STEPS = 8
-"""Steps after which motions without effort that still move are those of a singular Jacobian: the
-singular values that count are..."""
-_RANK = 1e-12
-"""...greater than this share of the greatest."""
-_LONGEST = 0.25
-"""Longest step, as a fraction of the half range."""
-_BEYOND = 1.02
-"""Way from the middle, in half ranges, beyond which a motion has left the model."""
+"""Steps after which motions without effort that still move are those of a singular Jacobian."""
+_LONGEST = 0.125
+"""Longest step, as a fraction of the farthest that motions go."""
 _NUMBERS = 2_000_000
 """Numbers (16 MB) of Jacobians that are solved at a time."""
 _CUT = 1e3
 """Multiple of what is rounding, of the highest orders, from which on a motion lacks some."""
-_ROUGH = 3e-13
-"""Amplitude of the highest orders, in half ranges, that is rounding of the range."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """Periodic motions on the same nodes.
+
+    Attributes:
+        model: equation on these nodes.
+        index: `(S,)` of the speed among those that were asked for.
+        course: S motions.
+        sign: `(S,)` of the determinant of their Jacobians.
+    """
+
+    model: MotionEquation
+    index: Array
+    course: Course
+    sign: Array
+
+    def part(self, chosen: Array | slice) -> Motions:
+        """Return some of them, by a mask, indices or a slice."""
+        course = Course(*(item[chosen] for item in self.course))
+        return replace(self, index=self.index[chosen], course=course, sign=self.sign[chosen])
+
+    @cached_property
+    def equation(self) -> LocalEquation:
+        """The equation of small changes along them."""
+        return self.model.along(self.course)
 
 
 class Found(NamedTuple):
@@ -45,7 +59,7 @@ class Found(NamedTuple):
 
     Attributes:
         course: the motions.
-        converged: `(S,)` whether they are solutions within the ranges of the model.
+        converged: `(S,)` whether they are solutions no farther from their means than is asked.
         sign: `(S,)` sign of the Jacobian's determinant, 0 where it is singular.
     """
 
@@ -107,112 +121,104 @@ def newton_steps(matrix: Array, efforts: Array) -> Array:
     return np.asarray(np.swapaxes(steps.reshape(size, free, count), 1, 2))
 
 
-def _least_step(matrix: Array, efforts: Array, half: Array) -> Array:
-    """Return the least change of positions `(N, n)` that takes away efforts, in ranges.
+def _least_step(matrix: Array, efforts: Array, units: Array) -> Array:
+    """Return the least change of positions `(N, n)` that takes away efforts, in their units.
 
     Args:
         matrix: `(K, K)`, of a Jacobian that may be singular.
         efforts: `(N, n)`.
-        half: half widths of the ranges `(n,)`.
+        units: of the coordinates `(n,)`.
     """
     count, free = efforts.shape
-    units = np.repeat(half, count)
-    rows = np.max(np.abs(matrix * units), axis=1, keepdims=True)
+    every = np.repeat(units, count)
+    rows = np.max(np.abs(matrix * every), axis=1, keepdims=True)
     rows[rows == 0.0] = 1.0
     if not np.all(np.isfinite(rows)) or not np.all(np.isfinite(efforts)):
         return np.full_like(efforts, np.nan)
     sides = -efforts.T.reshape(-1, 1) / rows
-    step = np.linalg.lstsq(matrix * units / rows, sides, rcond=_RANK)[0][:, 0] * units
+    step = np.linalg.lstsq(matrix * every / rows, sides, rcond=ROUNDED)[0][:, 0] * every
     return np.asarray(step.reshape(free, count).T)
 
 
-def solved(model: ReducedModel, speed: Array, guess: Array, converged: float = CONVERGED) -> Found:
+def swings(q: Array, units: Array) -> Array:
+    """Return how far motions `(S, N, n)` go from their means `(S,)`, in units of coordinates."""
+    return np.asarray(np.max(np.abs(q - np.mean(q, axis=1, keepdims=True)) / units, axis=(1, 2)))
+
+
+def solved(model: MotionEquation, speed: Array, guess: Array) -> Found:
     """Return motions near guesses.
 
     Args:
-        model: on the nodes of the guesses.
+        model: equation on the nodes of the guesses.
         speed: of the drive `(S,)` [rad/s].
         guess: `(S, N, n)`.
-        converged: step, as a fraction of the range, after which no other follows.
     """
-    count, free = guess.shape[1:]
-    each = max(1, _NUMBERS // (count * free) ** 2)
-    parts = [
-        _solved(model, speed[first : first + each], guess[first : first + each], converged)
-        for first in range(0, max(len(speed), 1), each)
-    ]
-    course = Course(
-        *(np.concatenate(items) for items in zip(*(p.course for p in parts), strict=True))
-    )
-    return Found(
-        course,
-        np.concatenate([part.converged for part in parts]),
-        np.concatenate([part.sign for part in parts]),
-    )
-
-
-def _solved(model: ReducedModel, speed: Array, guess: Array, threshold: float) -> Found:
-    size = len(guess)
+    each = max(1, _NUMBERS // guess[0].size ** 2) if len(guess) else 1
+    if len(guess) > each:
+        parts = [
+            solved(model, speed[first : first + each], guess[first : first + each])
+            for first in range(0, len(guess), each)
+        ]
+        courses = zip(*(part.course for part in parts), strict=True)
+        return Found(
+            Course(*(np.concatenate(items) for items in courses)),
+            np.concatenate([part.converged for part in parts]),
+            np.concatenate([part.sign for part in parts]),
+        )
+    size, longest = len(guess), _LONGEST * model.most
     q, sign = guess.copy(), np.zeros(size)
     converged, active = np.zeros(size, dtype=bool), np.ones(size, dtype=bool)
-    before = np.full(size, np.inf)
+    before = np.full(size, np.nan)
     for count in range(_MOST_STEPS):
-        index = np.nonzero(active)[0]
+        (index,) = np.nonzero(active)
         if not index.size:
             break
-        course = course_of(q[index], speed[index], model.period)
-        equation = model.equation(course)
+        equation = model.along(course_of(q[index], speed[index], model.period))
         matrix = jacobian(equation, speed[index], model.period)
         step = newton_steps(matrix, equation.efforts)
-        length = np.max(np.abs(step / model.half), axis=(1, 2))
+        length = np.max(np.abs(step / model.units), axis=(1, 2))
+        left = np.max(np.max(np.abs(equation.efforts), axis=1) / _scale(equation), axis=1)
+        is_still = left <= ROUNDED
         if count >= _SINGULAR_STEPS:
             # Along what nothing holds rounding decides: there the motion stays where it is.
-            left = np.max(np.max(np.abs(equation.efforts), axis=1) / equation.scale, axis=1)
-            for item in np.nonzero((left <= ROUNDED) & ~(length <= threshold))[0]:
-                step[item] = _least_step(matrix[item], equation.efforts[item], model.half)
-                length[item] = np.max(np.abs(step[item] / model.half))
+            for item in np.nonzero(is_still & ~(length <= ROUNDED))[0]:
+                step[item] = _least_step(matrix[item], equation.efforts[item], model.units)
+                length[item] = np.max(np.abs(step[item] / model.units))
         bad = ~np.isfinite(length)
-        factor = _LONGEST / np.where(bad, 1.0, np.maximum(length, _LONGEST))
         step[bad] = 0.0
-        q[index] += np.where(bad, 0.0, factor)[:, None, None] * step
-        way = np.max(np.abs((q[index] - model.centre) / model.half), axis=(1, 2))
-        gone = bad | (way > 3.0)
+        factor = longest / np.where(bad, 1.0, np.maximum(length, longest))
+        q[index] += factor[:, None, None] * step
+        way = swings(q[index], model.units)
+        gone = bad | (way > 3.0 * model.most)
         # Steps that shrink by their squares tell how long the next one is.
         with np.errstate(over="ignore", invalid="ignore"):
             following = length * (length / before[index]) ** 2
-        is_last = (length <= _QUADRATIC) & (following <= _NEXT * threshold)
+        is_near = length <= np.sqrt(ROUNDED)
+        # Steps that short that shrink no more are rounding.
+        is_last = is_near & ((following <= EPS) | (length > 0.5 * before[index]))
         before[index] = length
-        done = ((length <= threshold) | is_last) & ~gone
+        done = ((length <= ROUNDED) | is_last) & ~gone
         sign[index[done]] = np.linalg.slogdet(matrix[done])[0]
-        converged[index[done & (way <= _BEYOND)]] = True
+        converged[index[done & (way <= model.most)]] = True
         active[index[done | gone]] = False
-    # Where steps have stopped short of the threshold at rounding, the last one tells.
-    course = course_of(q, speed, model.period)
-    if np.any(active):
-        index = np.nonzero(active)[0]
-        equation = model.equation(Course(*(item[index] for item in course)))
-        left = np.max(np.abs(equation.efforts), axis=1) / equation.scale
-        way = np.max(np.abs((q[index] - model.centre) / model.half), axis=(1, 2))
-        is_there = (np.max(left, axis=1) <= ROUNDED) & (way <= _BEYOND)
-        converged[index[is_there]] = True
-        matrix = jacobian(equation, speed[index], model.period)
-        sign[index] = np.linalg.slogdet(matrix)[0]
-    return Found(course, converged, sign)
+    return Found(course_of(q, speed, model.period), converged, sign)
 
 
-def resolved(
-    model: ReducedModel, speed: Array, guess: Array
-) -> list[tuple[ReducedModel, Array, Found]]:
+def _scale(equation: LocalEquation) -> Array:
+    """Return sizes of efforts `(S, n)`, of which there are some."""
+    return np.where(equation.scale > 0.0, equation.scale, 1.0)
+
+
+def resolved(model: MotionEquation, speed: Array, guess: Array) -> list[tuple[Motions, Array]]:
     """Return motions with as many orders as they need.
 
     Args:
-        model: reduced model.
+        model: equation on the least number of nodes.
         speed: of the drive `(S,)`.
-        guess: `(S, N, n)`; on the nodes of the model, or more.
+        guess: `(S, N, n)`; on these nodes, or more.
 
     Returns:
-        groups of the guesses that need the same number of nodes: the model on these, indices of
-        the guesses, and what was found.
+        groups of those guesses that need the same number of nodes, and which have converged.
     """
     count, index = max(model.count, guess.shape[1]), np.arange(len(speed))
     groups = []
@@ -222,32 +228,35 @@ def resolved(
         found = solved(model, speed[index], guess)
         q = found.course.q
         rough = _roughness(model, q)
-        # Where more nodes bring nothing, rounding is what is left, or the error of the model. Where
-        # there is more of it, orders are missing that are not yet smaller than others.
-        is_cut = _is_cut(model, rough)
-        again = found.converged & (rough > 1.0) & ((rough < 0.3 * before) | is_cut)
+        # Where more nodes bring nothing, rounding is what is left. Where there is more of it,
+        # orders are missing that are not yet smaller than others.
+        again = found.converged & (rough > 1.0) & ((rough < 0.3 * before) | (rough > _CUT))
         if count >= MOST_NODES:
             again[:] = False
-            found.converged[is_cut] = False
+            found.converged[rough > _CUT] = False
         if not np.all(again):
-            groups.append((model, index[~again], found.part(~again)))
+            own = found.part(~again)
+            groups.append((Motions(model, index[~again], own.course, own.sign), own.converged))
         if not np.any(again):
             return groups
         index, guess, before = index[again], q[again], rough[again]
         count = next_size(count + 1)
 
 
-def lacks_orders(model: ReducedModel, q: Array) -> Array:
+def found_near(model: MotionEquation, speed: Array, guess: Array) -> list[Motions]:
+    """Return the motions alone that `resolved` finds."""
+    every = resolved(model, speed, guess)
+    return [motions.part(there) for motions, there in every if np.any(there)]
+
+
+def lacks_orders(model: MotionEquation, q: Array) -> Array:
     """Return whether motions `(S, N, n)` have orders that their nodes do not carry."""
-    return _is_cut(model, _roughness(model, q))
+    return np.asarray(_roughness(model, q) > _CUT)
 
 
-def _roughness(model: ReducedModel, q: Array) -> Array:
+def _roughness(model: MotionEquation, q: Array) -> Array:
     """Return the highest orders of motions `(S, N, n)`, in units of what is rounding."""
     greatest = np.max(np.abs(q), axis=1)
-    rounding = np.maximum(TAIL * greatest, _ROUGH * model.half)
+    # Places are known to rounding of the units, however small a motion is.
+    rounding = np.maximum(TAIL * greatest, EPS * model.units)
     return np.asarray(np.max(tail(q, 1) * greatest / rounding, axis=1))
-
-
-def _is_cut(model: ReducedModel, rough: Array) -> Array:
-    return np.asarray(rough > max(_CUT, _CUT * model.error / TAIL))

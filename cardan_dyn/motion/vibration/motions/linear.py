@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....kit.arrays import Array
+from ....kit.arrays import ROUNDED, Array
 from ....kit.periodic import amplitudes, orders_of, sampled
 from ..model.modes import averaged
-from ..model.reduced_model import Course, ReducedModel
-from .harmonic_balance import jacobian, newton_steps
-from .models import Motions
+from ..model.motion_equation import Course, MotionEquation
+from .harmonic_balance import Motions, jacobian, newton_steps
 
-_STEPS = 30
-_PLACED = 1e-10
-"""Newton step, as a fraction of the range, at which a place is found."""
+_STEPS = 40
+_LONGEST = 0.5
+"""Longest step towards a place of rest, in units of the coordinates."""
 
 
 def at_mean(course: Course) -> Course:
@@ -21,20 +20,24 @@ def at_mean(course: Course) -> Course:
     return _at_rest(np.mean(course.q, axis=1), course.speed, course.q.shape[1])
 
 
-def resting(model: ReducedModel, centre: Array, speed: Array) -> list[Motions]:
-    """Return the places near a centre `(n,)` at which mean efforts vanish at rest."""
-    q, there = np.tile(centre, (len(speed), 1)), np.zeros(len(speed), dtype=bool)
+def resting(model: MotionEquation, start: Array, speed: Array) -> list[Motions]:
+    """Return the places near a start `(n,)` at which mean efforts vanish at rest."""
+    q, there = np.tile(start, (len(speed), 1)), np.zeros(len(speed), dtype=bool)
     for _ in range(_STEPS):
-        equation = model.equation(_at_rest(q, speed, model.count))
+        equation = model.along(_at_rest(q, speed, model.count))
         stiffness, efforts = (np.mean(x, axis=1) for x in (equation.stiffness, equation.efforts))
-        step = -(np.linalg.pinv(stiffness) @ efforts[..., None])[..., 0]
-        q = np.clip(q + step, centre - model.half, centre + model.half)
-        there = np.max(np.abs(step / model.half), axis=1) <= _PLACED
-        if np.all(there):
+        lost = ~np.all(np.isfinite(stiffness), axis=(1, 2))
+        stiffness[lost], efforts[lost] = 0.0, 0.0
+        step = -(np.linalg.pinv(stiffness, rcond=ROUNDED) @ efforts[..., None])[..., 0]
+        length = np.max(np.abs(step) / model.units, axis=1)
+        q += step * np.minimum(1.0, _LONGEST / np.maximum(length, _LONGEST))[:, None]
+        # Newton's method doubles digits.
+        there = (length <= np.sqrt(ROUNDED)) & ~lost
+        if np.all(there | lost):
             break
     (index,) = np.nonzero(there)
     rest = _at_rest(q[index], speed[index], model.count)
-    return [Motions(model, index, rest, np.ones(len(index)), model)] if index.size else []
+    return [Motions(model, index, rest, np.ones(len(index)))] if index.size else []
 
 
 def _at_rest(q: Array, speed: Array, count: int) -> Course:
@@ -48,23 +51,18 @@ def linear_motions(motions: Motions) -> Array:
 
     It is that about the mean of motions.
     """
-    return linear_about(motions.middle, np.mean(motions.course.q, axis=1), motions.course.speed)
-
-
-def linear_about(model: ReducedModel, q: Array, speed: Array) -> Array:
-    """Return motions `(S, N, n)` by the linear equation about coordinates `(S, n)` at rest."""
-    rest = _at_rest(q, speed, model.count)
-    equation = model.equation(rest)
-    matrix = jacobian(equation, speed, model.period)
+    model, rest = motions.model, at_mean(motions.course)
+    equation = model.along(rest)
+    matrix = jacobian(equation, rest.speed, model.period)
     return np.asarray(rest.q + newton_steps(matrix, equation.efforts))
 
 
 def averaged_motions(motions: Motions) -> Array:
     """Return motions `(S, N, n)` by the same equation with averaged coefficients."""
     rest = at_mean(motions.course)
-    equation, count = motions.middle.equation(rest), rest.q.shape[1]
+    equation, count = motions.model.along(rest), rest.q.shape[1]
     mass, damping, stiffness = (item[:, None] for item in averaged(equation))
-    turn = orders_of(count // 2 + 1, motions.middle.period)
+    turn = orders_of(count // 2 + 1, motions.model.period)
     pace = 1j * turn[None, :, None, None] * rest.speed[:, None, None, None]
     dynamic = pace**2 * mass + pace * damping + stiffness
     waves = np.linalg.solve(dynamic, -amplitudes(equation.efforts, 1)[..., None])[..., 0]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import Array
+from ....kit.arrays import ROUNDED, Array
 from ....kit.extremes import peak
 from .search import MotionSearch
 from .stability import NONE, STABLE, Stability, judged, separation, stability
@@ -24,9 +24,8 @@ _PLACES = 9
 _EDGE = 1e-8
 """Width, as a fraction of the speed, of the interval in which an edge lies at last."""
 _NEIGHBOURS = 16
-"""Known speeds through which a polynomial goes; with two of them fewer it tells its error."""
-_TOLD = 1e-12
-"""That error, as a fraction of the greatest number, at which nothing is integrated."""
+"""Known speeds through which a polynomial goes; with two of them fewer it tells its error,
+and where that is rounding, nothing is integrated."""
 _ROUNDING = 1e-15
 """Error of a known number, as a fraction of it, which weights of a polynomial magnify."""
 _HALVINGS, _FEW = 8, 12
@@ -76,7 +75,7 @@ class StabilityOverSpeed:
     @property
     def period(self) -> float:
         """Of the multipliers [rad]."""
-        return self._search.models.period
+        return self._search.model.period
 
     def at(self, speeds: Array) -> Judged:
         """Return the stability at speeds `(S,)` between the first and the last one known."""
@@ -133,7 +132,7 @@ class StabilityOverSpeed:
         values, error = _interpolated(
             self._speeds[is_there], self._rows[is_there], speeds[rows[index]], self._columns
         )
-        is_sure = error <= max(_TOLD, 2.0 * self._change)
+        is_sure = error <= max(ROUNDED, 2.0 * self._change)
         index, values = index[is_sure], values[is_sure]
         if index.size:
             shape, change = (2 * self._free,) * 2, max(self._change, float(np.max(error[is_sure])))
@@ -170,7 +169,7 @@ def _interpolated(
     others = mass, np.sqrt(mass * stiffness) + 1e-300, stiffness + 1e-300
     # Beside a speed at which one motion gives way to another, neighbours are on one side.
     for below in (_NEIGHBOURS // 2, _NEIGHBOURS - 1, 1):
-        (open_,) = np.nonzero(least > _TOLD)
+        (open_,) = np.nonzero(least > ROUNDED)
         first = np.clip(after[open_] - below, 0, len(known) - _NEIGHBOURS)
         near = first[:, None] + np.arange(_NEIGHBOURS)
         places, at, taken = known[near], speeds[open_], rows[near]

@@ -1,9 +1,9 @@
 """Search: the periodic motions of a rotating scene at each of many speeds.
 
-About rest, models of small ranges come first; speeds whose motions leave them are solved in larger
-ones. Where a motion is not that of the linear equation, or none is found, the branches through the
-range of speed about it are followed: from its ends, from each motion that lies on none of them, and
-from where they cross. What passes a speed is a motion there.
+From rest, Newton's method leads to one at most speeds. Where that is not the motion of the linear
+equation, or none is found, the branches through the range of speed about it are followed: from its
+ends, from each motion that lies on none of them, and from where they cross. What passes a speed is
+a motion there.
 """
 
 from __future__ import annotations
@@ -13,37 +13,15 @@ from dataclasses import replace
 import numpy as np
 
 from ....kit.arrays import Array
-from ....kit.differences import displacements, slopes
-from ....kit.errors import CardanError
 from ....kit.periodic import resampled
 from ....kit.time_left import Task
-from ..model.build import ROUGH
-from ..model.efforts import FreeEfforts
 from ..model.modes import WhirlSense, averaged, modes
-from ..model.reduced_model import ReducedModel
+from ..model.motion_equation import motion_equation
 from ..model.rotating_scene import RotatingScene
 from .continuation import Branch, Point, Way
-from .harmonic_balance import ROUGHLY, resolved, solved
-from .linear import linear_about, linear_motions, resting
-from .models import FIRST_RANGE, GROWTH, NARROWEST, ROOM, MotionModels, Motions
+from .harmonic_balance import Motions, found_near, swings
+from .linear import linear_motions, resting
 
-_POSITIONS = 24
-_LONGEST = 0.5
-"""Longest step of Newton's method, in units of the coordinates."""
-_MOST_STEPS = 40
-_PLACED = 1e-3
-"""Step, in units of the coordinates, at which the place is good enough to begin with."""
-_MOVED = 0.025
-"""Distance of the means of motions from the middle of a range, in units of the coordinates, from
-which on they have another middle."""
-_LEAST_GROWTH = 1.5
-"""Ratio of a range to the last one, at least."""
-_FORESEEN = 30.0
-"""Size of linear motions, as a multiple of a range, up to which it tells how wide the next is."""
-_BETWEEN = 8
-"""Places between two speeds at which that is looked at: resonances may be narrow."""
-_MOST_RANGES = 12
-"""Of the loop over ranges, most of which are left for other middles."""
 _LARGE = 5e-3
 """Amplitude, in units of the coordinates, from which on a motion is large enough for others."""
 _BENT = 3e-3
@@ -66,153 +44,44 @@ _PASSED = 1e-2
 """Difference of a motion from where a branch passes, as a fraction of its size, if it is on it."""
 _ALIKE = 1e-3
 """Distance of two places, in units of the coordinates, about which modes whirl alike."""
-_REST_ROOM = 2.0
-"""Range in which places of rest are looked for, as a multiple of what some of them are apart."""
-
-
-def resting_place(efforts: FreeEfforts, start: Array, speeds: Array, units: Array) -> Array:
-    """Return places `(n,)` at which mean efforts vanish; the start if none is met.
-
-    Args:
-        efforts: of the scene; their means are those over a revolution of the drive.
-        start: places of the free coordinates to begin with `(n,)`.
-        speeds: of the drive; the median one counts.
-        units: of the coordinates `(n,)`.
-    """
-    speed, free = float(np.median(speeds)), len(start)
-    drive = 2.0 * np.pi / _POSITIONS * np.arange(_POSITIONS)
-    ways = np.vstack([np.zeros(free), displacements(units)])
-
-    def mean_efforts(places: Array) -> Array:
-        q = np.repeat(places, _POSITIONS, axis=0)
-        positions = np.column_stack([np.tile(drive, len(places)), q])
-        still = np.zeros_like(positions)
-        rates = still.copy()
-        rates[:, 0] = speed
-        return efforts(positions, rates, still).reshape(len(places), _POSITIONS, free).mean(axis=1)
-
-    place = start.copy()
-    try:
-        for _ in range(_MOST_STEPS):
-            values = mean_efforts(place + ways)
-            step = np.linalg.solve(slopes(values[1:], units), -values[0])
-            length = float(np.max(np.abs(step) / units))
-            place = place + step * min(1.0, _LONGEST / length if length else 1.0)
-            if length <= _PLACED:
-                return place
-    except (CardanError, np.linalg.LinAlgError):
-        pass  # Nothing holds a coordinate, or the way leaves what the mechanism can do.
-    return start
 
 
 class MotionSearch:
-    """Finds periodic motions of one rotating scene; models and branches are kept.
+    """Finds periodic motions of one rotating scene; branches are kept.
 
     Attributes:
-        models: of the scene.
+        rotating: the scene.
+        model: equation of its motions.
         missed: index of speeds without a motion to the reason, of the last search.
     """
 
     def __init__(self, rotating: RotatingScene, max_amplitude: float = 1.0) -> None:
-        self.models = MotionModels(rotating, max_amplitude)
+        self.rotating, self.model = rotating, motion_equation(rotating, max_amplitude)
         self.missed: dict[int, str] = {}
         self._stretches: list[_Stretch] = []
         self._whirl: list[tuple[Array, float, WhirlSense]] = []
-        self._rest: list[tuple[Array, float, float, ReducedModel]] = []
-
-    @property
-    def rotating(self) -> RotatingScene:
-        """The scene."""
-        return self.models.rotating
+        self._rest = rotating.start[1:]
 
     def primary(self, speed: Array) -> list[Motions]:
         """Return one motion for each speed, that about rest; speeds without one are left out.
 
         Args:
             speed: `(S,)` [rad/s].
-
-        Raises:
-            CardanError: see `ModelBuild.model`.
         """
-        units, most = self.rotating.units, self.models.max_amplitude
-        centre = self.rotating.start[1:].copy()
-        share = np.full(len(centre), min(FIRST_RANGE, most))
-        left, is_placed = np.arange(len(speed)), False
-        found: list[Motions] = []
-        tried: list[ReducedModel] = []
-        for _ in range(_MOST_RANGES):
-            grown = self.models.grown(centre, share)
-            if grown is None:
-                break
-            # Wider ones that are known cost less than new ones.
-            for model in [grown, *self.models.fine(centre)]:
-                if model in tried:
-                    continue
-                tried.append(model)
-                there, motions, reached = _at(model, speed, left)
-                found += motions
-                left = left[~there]
-                if not left.size:
-                    return found
-            moved = np.median(np.mean(reached, axis=1), axis=0)
-            least = np.maximum(0.5 * share, _MOVED) * units
-            if not found and np.any(np.abs(moved - centre) > least):
-                # What acts all the time moves the middle, not the range.
-                most_moved = 3.0 * np.maximum(share, FIRST_RANGE) * units
-                place = np.clip(moved, centre - most_moved, centre + most_moved)
-                if not is_placed:
-                    is_placed = True
-                    rest = resting_place(self.models.efforts, centre, speed, units)
-                    place = rest if np.any(np.abs(rest - centre) > least) else place
-                centre = place
-                continue
-            if np.max(share) >= most:
-                break
-            share = np.max([share, *(model.half / units for model in tried)], axis=0)
-            share = self._wider(tried[-1], share, _beside(speed, left), reached)
-        return found
-
-    def _wider(self, model: ReducedModel, share: Array, speed: Array, reached: Array) -> Array:
-        """Return the half widths `(n,)` of the next range, in units of the coordinates.
-
-        It is as wide in each coordinate as linear motions are, unless they are much larger than
-        what the model says anything of.
-
-        Args:
-            model: about the middle of the last range.
-            share: half widths of that.
-            speed: `(K,)` at and beside which motions leave it.
-            reached: where they were last `(L, N, n)`.
-        """
-        units, most = self.rotating.units, self.models.max_amplitude
-        rest = np.repeat(model.centre[:1], len(speed), axis=0)
-        with np.errstate(all="ignore"):
-            way = np.abs(linear_about(model, rest, speed) - model.centre[0]) / units
-        linear = np.max(np.where(np.isfinite(way), way, np.inf), axis=(0, 1))
-        far = np.minimum(np.abs(reached - model.centre[0]) / units, 3.0 * share)
-        least = ROOM * np.median(np.max(far, axis=1), axis=0)
-        top = max(ROOM * float(np.max(linear)), _LEAST_GROWTH * float(np.max(share)))
-        if top > _FORESEEN * np.max(share):
-            top = GROWTH * float(np.max(share))
-        top = min(top, most)
-        wider = np.minimum(np.maximum(ROOM * linear, least), top)
-        # The widest range is a step wider than the last, the others in proportion.
-        wider = wider * top / np.max(wider)
-        return np.clip(wider, max(NARROWEST * top, min(FIRST_RANGE, most)), top)
+        guess = np.tile(self._rest, (len(speed), self.model.count, 1))
+        for rest in self.resting(speed):
+            guess[rest.index] = rest.course.q
+        return found_near(self.model, speed, guess)
 
     def every(self, speed: Array) -> list[Motions]:
         """Return all motions that are found at speeds; those without any are in `missed`.
 
         Args:
             speed: `(S,)` [rad/s].
-
-        Raises:
-            CardanError: see `ModelBuild.model`.
         """
         with Task("motions", 4) as task:
             found = self.primary(speed)
             task.tell(1)
-            found += self._roughly(speed, found)
             known = _Known(len(speed), self.rotating.units)
             for motions in found:
                 known.begin(motions)
@@ -226,37 +95,20 @@ class MotionSearch:
                 found += stretch.motions(speed, inside, known)
         self.missed = {
             index: f"no periodic motion was found at a speed of {speed[index]:.12g} rad/s within "
-            f"{self.models.max_amplitude:g} rad (or characteristic lengths) of its mean"
+            f"{self.model.most:g} rad (or characteristic lengths) of its mean"
             for index in range(len(speed))
             if not known.at[index]
         }
         return found
-
-    def _roughly(self, speed: Array, found: list[Motions]) -> list[Motions]:
-        """Return motions at speeds without any, by a rough model of the widest range."""
-        left = np.setdiff1d(np.arange(len(speed)), np.concatenate([[], *(m.index for m in found)]))
-        if not left.size:
-            return []
-        means = [np.mean(motions.course.q, axis=1) for motions in found]
-        places = np.concatenate(means) if means else self.rotating.start[None, 1:]
-        rough = self.models.widest(np.median(places, axis=0), self.models.max_amplitude, ROUGH)
-        guess = np.tile(rough.centre, (len(left), 1, 1))
-        near = solved(rough, speed[left], guess, ROUGHLY)
-        left = left[near.converged]
-        refined = self.models.refined(speed[left], near.course.q[near.converged])
-        return [replace(motions, index=left[motions.index]) for motions in refined]
 
     def smallest(self, speed: Array) -> tuple[list[Motions], Array]:
         """Return the smallest motion at each speed, and how many others there are `(S,)`.
 
         Args:
             speed: `(S,)` [rad/s]; those without a motion are in `missed`.
-
-        Raises:
-            CardanError: see `ModelBuild.model`.
         """
         every = self.every(speed)
-        sizes = [_sizes(motions, self.rotating.units) for motions in every]
+        sizes = [swings(motions.course.q, motions.model.units) for motions in every]
         rank = sorted(
             (size, number, row)
             for number, (motions, of) in enumerate(zip(every, sizes, strict=True))
@@ -303,7 +155,7 @@ class MotionSearch:
 
     def _bends(self, motions: Motions, share: float = _BENT, least: float = _LARGE) -> Array:
         """Return whether motions differ from the linear ones, or cannot be alone `(S,)`."""
-        size = _sizes(motions, self.rotating.units)
+        size = swings(motions.course.q, motions.model.units)
         # Motions come in pairs of opposite signs, beside one of sign +1.
         bends = motions.sign < 0.0
         (large,) = np.nonzero((size > least) & ~bends)
@@ -326,7 +178,7 @@ class MotionSearch:
             ends.append(
                 float(found[-1].course.speed[0]) if found else at + sense * WIDEST * abs(at)
             )
-        stretch, speed = _Stretch(self.models, *ends), np.zeros(len(starts))
+        stretch, speed = _Stretch(*ends), np.zeros(len(starts))
         known = _Known(len(starts), self.rotating.units)
         for index, item in enumerate(starts):
             known.begin(replace(item, index=np.array([index])))
@@ -345,19 +197,11 @@ class MotionSearch:
         Args:
             speed: `(S,)` [rad/s].
         """
-        low, high = float(np.min(speed)), float(np.max(speed))
-        for centre, first, last, model in self._rest:
-            if first <= low and high <= last:
-                return resting(model, centre, speed)
-        units = self.rotating.units
-        known = self.primary(speed[[0, len(speed) // 2, -1]])
-        means = [np.mean(motions.course.q, axis=1) for motions in known]
-        places = np.concatenate(means) if means else self.rotating.start[None, 1:]
-        centre = np.median(places, axis=0)
-        spread = np.max(np.abs(places - centre) / units, axis=0)
-        model = self.models.widest(centre, _REST_ROOM * spread)
-        self._rest.append((centre, low, high, model))
-        return resting(model, centre, speed)
+        found = resting(self.model, self._rest, speed)
+        if found:
+            # Where it rests at one speed is near to where it does at others.
+            self._rest = np.median(found[0].course.q[:, 0], axis=0)
+        return found
 
     def whirl(self, middle: Array, turns: float) -> WhirlSense:
         """Return what says how modes whirl about a place, or one so near that it hardly differs.
@@ -410,8 +254,8 @@ class _Known:
 class _Stretch:
     """Branches through a range of speed."""
 
-    def __init__(self, models: MotionModels, low: float, high: float) -> None:
-        self._models, self.low, self.high = models, low, high
+    def __init__(self, low: float, high: float) -> None:
+        self.low, self.high = low, high
         self._branches: list[Branch] = []
 
     def motions(self, speed: Array, inside: Array, known: _Known) -> list[Motions]:
@@ -449,7 +293,7 @@ class _Stretch:
 
     def _branch(self, start: Point, is_up: bool, way: Way | None = None) -> Branch:
         first, last = (self.low, self.high) if is_up else (self.high, self.low)
-        return Branch(self._models, start, last, first=first, way=way, is_rough=True)
+        return Branch(start, last, first=first, way=way, is_rough=True)
 
     def _is_known(self, point: Point) -> bool:
         """Return whether a branch passes a point."""
@@ -461,7 +305,7 @@ class _Stretch:
 
     def _swing(self, point: Point) -> Array:
         """Return how far a motion goes from its mean, as much of each coordinate `(n,)`."""
-        units = self._models.rotating.units
+        units = point.model.units
         return np.asarray(units * np.max(np.abs(point.q - np.mean(point.q, axis=0)) / units))
 
     def _on(self, branch: Branch, speed: Array, inside: Array, known: _Known) -> list[Motions]:
@@ -477,7 +321,7 @@ class _Stretch:
         count = max(len(point.q) for _, point in near)
         at = np.array([index for index, _ in near])
         q = np.stack([resampled(point.q, count) for _, point in near])
-        found = self._models.refined(speed[at], q)
+        found = found_near(near[0][1].model, speed[at], q)
         return [replace(motions, index=at[motions.index]) for motions in found]
 
 
@@ -491,29 +335,6 @@ def _runs(speed: Array) -> list[tuple[float, float]]:
     return list(zip(every[firsts].tolist(), every[lasts].tolist(), strict=True))
 
 
-def _beside(speed: Array, chosen: Array) -> Array:
-    """Return speeds of given indices, and some between them and their neighbours."""
-    every = np.sort(speed)
-    at = np.searchsorted(every, speed[chosen])
-    ends = np.clip(at + np.array([[-1], [1]]), 0, len(every) - 1)
-    share = np.linspace(0.0, 1.0, _BETWEEN, endpoint=False)[:, None]
-    places = [every[at] + share * (every[end] - every[at]) for end in ends]
-    return np.unique(np.concatenate(places, axis=None))
-
-
-def _at(model: ReducedModel, speed: Array, left: Array) -> tuple[Array, list[Motions], Array]:
-    """Return which speeds have motions in a model, these, and where others got `(K, N, n)`."""
-    guess = np.tile(model.centre, (len(left), 1, 1))
-    there, motions, others = np.zeros(len(left), dtype=bool), [], []
-    for fine, index, found in resolved(model, speed[left], guess):
-        there[index] = found.converged
-        others.append(resampled(found.course.q[~found.converged], model.count, 1))
-        if np.any(found.converged):
-            every = Motions(fine, left[index], found.course, found.sign, fine)
-            motions.append(every.part(found.converged))
-    return there, motions, np.concatenate(others)
-
-
 def _resonates(motions: Motions) -> Array:
     """Return whether a natural frequency about motions is near a multiple of theirs `(S,)`."""
     found = modes(*averaged(motions.equation))
@@ -523,9 +344,3 @@ def _resonates(motions: Motions) -> Array:
     # What is about a motion of sign -1 says little of where others have their resonance.
     window = np.where(motions.sign < 0.0, 1.0, _WINDOW)[:, None]
     return np.asarray(np.any((order >= 1.0) & (np.abs(ratio - order) <= window * order), axis=1))
-
-
-def _sizes(motions: Motions, units: Array) -> Array:
-    """Return how far motions go from their means `(S,)`, in units of the coordinates `(n,)`."""
-    q = motions.course.q
-    return np.asarray(np.max(np.abs(q - np.mean(q, axis=1, keepdims=True)) / units, axis=(1, 2)))

@@ -17,8 +17,8 @@ from ....kit.arrays import NOTHING, ROUNDED, Array
 from ....kit.errors import VibrationError
 from ....kit.periodic import interpolation
 from ..model.modes import averaged, modes
-from ..model.reduced_model import LocalEquation
-from .models import Motions
+from ..model.motion_equation import LocalEquation
+from .harmonic_balance import Motions
 from .search import MotionSearch
 
 _STAGES = 8
@@ -28,8 +28,6 @@ _PHASE = 1.6
 _STANDS = 3e-14
 """Change of the result, as a fraction of its greatest number, at which elements are short enough:
 the error is then that divided by 2^16, and rounding."""
-_PER_DOUBLE = 1.0
-"""Numbers of elements that are tried at first, per factor of two."""
 _MOST_HALVINGS = 5
 _MOST_ELEMENTS = 50_000
 """Elements at the first try, of some 10 000 swings in a period, that memory and time allow."""
@@ -47,8 +45,6 @@ _MOST_CONDITION = 1e8
 """Of eigenvectors that serve as coordinates."""
 _CAUTION = 10.0
 """By how much their errors may exceed the change at the last refinement."""
-_SURELY = 1e-9
-"""The same where multipliers are far from each other, so that rounding hardly moves them."""
 _REAL = 1e-6
 """Imaginary part of a multiplier, as a fraction of its size, that counts as rounding."""
 
@@ -96,10 +92,10 @@ def monodromy(matrix: Array, period: float) -> tuple[Array, float]:
         )
     result, greatest = np.empty(matrix[:, 0].shape), 0.0
     # Slow speeds take more elements than fast ones.
-    steps = np.ceil(np.log2(np.maximum(least, 1.0)) * _PER_DOUBLE)
+    steps = np.ceil(np.log2(np.maximum(least, 1.0)))
     for step in np.unique(steps).tolist():
         (index,) = np.nonzero(steps == step)
-        elements = int(np.ceil(2.0 ** (step / _PER_DOUBLE)))
+        elements = 2 ** int(step)
         result[index], change = _standing(matrix[index], period, elements)
         greatest = max(greatest, change)
     return result, greatest
@@ -338,7 +334,8 @@ def _excess_of_rounding(multipliers: Array, change: float) -> Array:
     first, others = multipliers[:, :1], multipliers[:, 1:]
     gap = np.min(np.abs(others - first), axis=1)
     error = max(ROUNDED, _CAUTION * change)
-    return np.clip(error / np.maximum(gap, error), _SURELY, _UNSTABLE)
+    # Where multipliers are far from each other, rounding hardly moves them.
+    return np.clip(error / np.maximum(gap, error), NOTHING, _UNSTABLE)
 
 
 def _kinds(multipliers: Array, grows: Array, excess: Array | float = _UNSTABLE) -> Array:

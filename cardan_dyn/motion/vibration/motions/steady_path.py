@@ -14,9 +14,8 @@ import numpy as np
 from ....kit.arrays import Array
 from ....kit.errors import VibrationError
 from ....kit.periodic import resampled
-from ..model.reduced_model import Course
-from .harmonic_balance import resolved
-from .models import ROOM_AHEAD, Motions
+from ..model.motion_equation import Course
+from .harmonic_balance import Motions, found_near
 from .search import MotionSearch
 
 _FIRST, _LONGEST, _SHORTEST = 1 / 200, 1 / 24, 1e-6
@@ -26,8 +25,6 @@ _FORETOLD = 0.02
 was as long as it should be."""
 _BEYOND = 1.05
 """Size, as a multiple of what is looked for, from which on a motion is none."""
-_EDGE = 0.9
-"""Way from the middle of a model, in half ranges, from which on a motion may have left it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,22 +61,20 @@ class SteadyPath:
         return found
 
     def together(self) -> list[Motions]:
-        """Return all motions, those of the same model in one."""
+        """Return all motions, those on as many nodes in one."""
         return together(self.motions)
 
 
 def together(motions: Iterable[Motions]) -> list[Motions]:
-    """Return motions, those of the same model in one."""
-    groups: dict[tuple[object, ...], list[Motions]] = {}
+    """Return motions, those on as many nodes in one."""
+    groups: dict[int, list[Motions]] = {}
     for item in motions:
-        model = item.model
-        key = (model.count, model.centre.tobytes(), model.half.tobytes())
-        groups.setdefault(key, []).append(item)
+        groups.setdefault(item.model.count, []).append(item)
     return [_joined(group) for group in groups.values()]
 
 
 def _joined(group: list[Motions]) -> Motions:
-    """Return motions of the same model as one."""
+    """Return motions on as many nodes as one."""
     courses = zip(*(item.course for item in group), strict=True)
     return replace(
         group[0],
@@ -180,13 +175,7 @@ class _Follower:
         for own, (place, q) in enumerate(zip(places, courses, strict=True)):
             others = places[:own] + places[own + 1 :]
             foretold += q * float(np.prod([(speed - x) / (place - x) for x in others]))
-        model = known[-1].model
-        inside = np.max(np.abs(resampled(foretold, model.count) - model.centre) / model.half)
-        found, most = _at(known[-1], speed, foretold, 0), self._search.models.max_amplitude
-        if found is None and inside > _EDGE and self._size(foretold) < most:
-            # It may only have left the range of its model.
-            wider = self._search.models.refined(np.array([speed]), foretold[None], ROOM_AHEAD)
-            found = wider[0] if wider else None
+        found, most = _at(known[-1], speed, foretold, 0), self._search.model.most
         if found is None or self._size(found.course.q[0]) > _BEYOND * most:
             return None, np.inf
         q = found.course.q[0]
@@ -196,12 +185,8 @@ class _Follower:
 
 
 def _at(known: Motions, speed: float, guess: Array, place: int) -> Motions | None:
-    """Return the motion at a speed in the model of another, from a guess `(N, n)`; None if none."""
+    """Return the motion at a speed beside another, from a guess `(N, n)`; None if none."""
     model = known.model
-    # Wide models may have more nodes than those in which a motion was found.
     guess = resampled(guess, max(model.count, len(guess)))
-    for fine, _, found in resolved(model, np.array([speed]), guess[None]):
-        if found.converged[0]:
-            rest = fine if known.middle is model else known.middle.on(fine.count)
-            return Motions(fine, np.array([place]), found.course, found.sign, rest)
-    return None
+    found = found_near(model, np.array([speed]), guess[None])
+    return replace(found[0], index=np.array([place])) if found else None

@@ -14,8 +14,8 @@ from ....kit.arrays import Array
 from ....kit.checks import positives
 from ..model.modes import Modes, averaged, clear_senses, modes, sense_name
 from ..model.rotating_scene import speeds_of
-from ..motions.correction import refuse_unheld
-from ..motions.models import Motions
+from ..motions.harmonic_balance import Motions
+from ..motions.residuals import refuse_unheld
 from ..motions.search import MotionSearch
 from .periodic_motion import refuse_missed, search_of
 from .result import VibrationResult

@@ -295,7 +295,7 @@ def critical_speeds(
         resonances = _resonances(search, modes, wanted, low, high)
         if instabilities:
             task.tell(2)
-            places, unseen = _places(modes, speeds, search.models.period)
+            places, unseen = _places(modes, speeds, search.model.period)
             over = StabilityOverSpeed(search, speeds, stability(search, speeds))
             known = over.at(places)
             missed = places[known.kind == NONE]
@@ -330,7 +330,7 @@ def _exciting(search: MotionSearch, modes: Campbell) -> list[float]:
         places = np.array([np.min(swings) / _HIGHEST, np.min(swings), np.max(swings)])
     speeds = np.unique(np.sign(modes.speed[-1]) * places)
     for motions in search.resting(speeds):
-        efforts = motions.model.efforts(motions.course)
+        efforts = motions.equation.efforts
         forcing = np.max(np.abs(amplitudes(efforts, 1)), axis=(0, 2))
         waves = orders_of(len(forcing), motions.model.period)
         for order, size in zip(waves.tolist(), forcing.tolist(), strict=True):

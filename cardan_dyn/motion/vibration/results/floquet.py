@@ -21,8 +21,8 @@ from ....kit.checks import flag, mapping, numbers, positive, whole
 from ....kit.errors import ArgumentError, CardanError
 from ....kit.time_left import Task
 from ..model.rotating_scene import rotating_scene, speeds_of
-from ..motions.correction import refuse_unheld
 from ..motions.regions import Region, StabilityOverSpeed, regions
+from ..motions.residuals import refuse_unheld
 from ..motions.search import MotionSearch
 from ..motions.stability import NONE, STABLE, Stability, stability
 from .result import VibrationResult
@@ -312,7 +312,7 @@ def _of_design(
     unstable: list[Region] = []
     if edges:
         unstable = regions(StabilityOverSpeed(search, speeds, found), speeds, found)
-    return found, unstable, search.models.period
+    return found, unstable, search.model.period
 
 
 def _designs(held: Any) -> dict[str, Array]:

@@ -16,9 +16,9 @@ from ....kit.checks import names, number, numbers, text
 from ....kit.errors import ArgumentError, choices
 from ....kit.periodic import MOST_NODES, amplitudes, nodes, orders_of, resampled
 from ..model.rotating_scene import speeds_of
-from ..motions.correction import corrected
+from ..motions.harmonic_balance import Motions
 from ..motions.linear import averaged_motions, linear_motions
-from ..motions.models import Motions
+from ..motions.residuals import residuals
 from ..motions.search import MotionSearch
 from .periodic_motion import missed_of, refuse_missed, search_of, states
 from .result import VibrationResult, unit_of
@@ -271,9 +271,9 @@ def response_of(
     errors = np.full((3, size), np.nan)
     wrench = np.full((size, waves, len(joints), 6), np.nan + 0j)
     for motions in found:
-        mended, residual = corrected(search.models.efforts, motions)
-        linear, averaged = linear_motions(mended), averaged_motions(mended)
-        q, index = mended.course.q, mended.index
+        residual = residuals(motions)
+        linear, averaged = linear_motions(motions), averaged_motions(motions)
+        q, index = motions.course.q, motions.index
         for name, values in (("amplitude", q), ("linear", linear), ("averaged", averaged)):
             kinds[name][index] = 0.0
             spectrum = amplitudes(values, 1)
@@ -283,7 +283,7 @@ def response_of(
         scale = np.where(scale > 0.0, scale, 1.0)
         errors[:, index] = (residual, *(gap / scale for gap in gaps))
         if joints:
-            wrench[index] = _wrenches(search, mended, joints, frame, count)[:, :waves]
+            wrench[index] = _wrenches(search, motions, joints, frame, count)[:, :waves]
     return ForcedResponse(
         scene=rotating.scene,
         speed=speeds,

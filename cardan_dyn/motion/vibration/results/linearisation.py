@@ -10,15 +10,15 @@ import numpy as np
 from ....core.results.plot import Plot, own_options
 from ....core.results.table import Table
 from ....kit.arrays import Array
+from ....kit.differences import displacements, slopes
 from ....kit.errors import ArgumentError
 from ....kit.periodic import amplitudes, orders_of
 from ..model.modes import Modes, averaged, modes
-from ..model.reduced_model import LocalEquation
+from ..model.motion_equation import LocalEquation
 from ..model.rotating_scene import speeds_of
-from ..motions.correction import corrected
+from ..motions.harmonic_balance import Motions
 from ..motions.linear import at_mean
-from ..motions.models import Motions
-from ..motions.search import MotionSearch
+from ..motions.residuals import residuals
 from ..motions.stability import first_order, monodromy
 from .periodic_motion import refuse_missed, search_of
 from .result import VibrationResult, unit_of
@@ -27,10 +27,6 @@ if TYPE_CHECKING:
     from ....figures.style import Figure
     from ....scene.scene import Scene
 
-_STEP = 0.02
-"""Step of the differences that derivatives are compared with, in units of the coordinates."""
-_STENCIL = {1: 4.0 / 5.0, 2: -1.0 / 5.0, 3: 4.0 / 105.0, 4: -1.0 / 280.0}
-"""Places and weights of central differences of eighth order."""
 _COMPARED = 12
 """Nodes at which derivatives are compared."""
 _UNITS = {
@@ -84,9 +80,8 @@ class Linearisation(VibrationResult):
             what inertia and loads add to the springs.
         forcing: `(N, n)` what acts along the free coordinates while they rest at the mean of the
             motion: inertia of what the drive moves, loads, springs [N·m, N].
-        derivative_error: greatest difference of the stiffness from differences of eighth order of
-            the scene's own efforts, as a fraction of the greatest stiffness.
-        model_error: of the interpolated efforts, see `ReducedModel.error`.
+        derivative_error: greatest difference of the stiffness from differences of
+            efforts that sweeps find, as a fraction of the greatest stiffness.
     """
 
     scene: Scene
@@ -99,7 +94,6 @@ class Linearisation(VibrationResult):
     stiffness: Array
     forcing: Array
     derivative_error: float
-    model_error: float
 
     @property
     def order(self) -> Array:
@@ -199,9 +193,9 @@ def linearise(scene: Scene, speed: float, *, max_amplitude: float = 1.0) -> Line
     search = search_of(scene, max_amplitude)
     found, _ = search.smallest(speeds)
     refuse_missed(search, speeds)
-    motions, _ = corrected(search.models.efforts, found[0])
-    model, course = motions.model, motions.course
-    equation = model.equation(course)
+    (motions,) = found
+    residuals(motions)
+    model, course, equation = motions.model, motions.course, motions.equation
     return Linearisation(
         scene=search.rotating.scene,
         speed=float(speeds[0]),
@@ -211,27 +205,20 @@ def linearise(scene: Scene, speed: float, *, max_amplitude: float = 1.0) -> Line
         mass=equation.mass[0].copy(),
         damping=equation.damping[0].copy(),
         stiffness=equation.stiffness[0].copy(),
-        forcing=-motions.middle.efforts(at_mean(course))[0],
-        derivative_error=_derivative_error(search, motions, equation.stiffness[0]),
-        model_error=model.error,
+        forcing=-model.along(at_mean(course)).efforts[0],
+        derivative_error=_derivative_error(motions, equation.stiffness[0]),
     )
 
 
-def _derivative_error(search: MotionSearch, motions: Motions, stiffness: Array) -> float:
-    """Return how far a stiffness `(N, n, n)` is from differences of efforts."""
-    course, rotating = motions.course, search.rotating
-    count, free = course.q.shape[1:]
-    chosen = np.unique(np.linspace(0, count - 1, _COMPARED).astype(int))
-    drive = motions.model.positions[chosen]
-    speed = course.velocities[0, chosen]
-    acceleration = np.column_stack([np.zeros(len(chosen)), course.accelerations[0, chosen]])
-    differences = np.zeros((len(chosen), free, free))
-    for column, unit in enumerate(rotating.units):
-        for place, weight in _STENCIL.items():
-            for sense in (1.0, -1.0):
-                q = course.q[0, chosen].copy()
-                q[:, column] += sense * place * _STEP * unit
-                efforts = search.models.efforts(np.column_stack([drive, q]), speed, acceleration)
-                differences[:, :, column] += sense * weight / (_STEP * unit) * efforts
+def _derivative_error(motions: Motions, stiffness: Array) -> float:
+    """Return how far a stiffness `(N, n, n)` is from differences of efforts by sweeps."""
+    model, course = motions.model, motions.course
+    count = len(stiffness)
+    chosen = np.unique(np.linspace(0, count - 1, min(count, _COMPARED)).astype(int))
+    place = np.column_stack([model.positions[chosen], course.q[0, chosen]])
+    moves = course.velocities[0, chosen], course.accelerations[0, chosen]
+    beside = np.pad(displacements(model.units), ((0, 0), (1, 0)))
+    efforts = np.array([model.efforts(place + way, *moves) for way in beside])
     scale = float(np.max(np.abs(stiffness)))
-    return float(np.max(np.abs(differences - stiffness[chosen])) / scale) if scale else 0.0
+    gap = slopes(efforts, model.units) - stiffness[chosen]
+    return float(np.max(np.abs(gap)) / scale) if scale else 0.0

@@ -15,8 +15,8 @@ from ....kit.checks import positive, several, whole
 from ....kit.errors import ArgumentError, VibrationError
 from ....kit.periodic import amplitudes, orders_of
 from ..model.rotating_scene import all_driven, rotating_scene, speeds_of
-from ..motions.correction import corrected
-from ..motions.models import Motions
+from ..motions.harmonic_balance import Motions
+from ..motions.residuals import residuals
 from ..motions.search import MotionSearch
 from .result import VibrationResult, unit_of
 
@@ -276,8 +276,8 @@ class PeriodicMotion(VibrationResult):
 def periodic_motion(scene: Scene, speed: Any, *, max_amplitude: float = 1.0) -> PeriodicMotion:
     """Find the periodic motions of a scene whose drive turns at constant speed.
 
-    They are non-linear: Fourier sums whose efforts along the free coordinates vanish, found in an
-    interpolated model of these efforts and corrected by inverse dynamics of the scene itself.
+    They are non-linear: Fourier sums whose efforts along the free coordinates vanish, found by the
+    exact derivatives of these efforts and held against sweeps.
     Where a motion is not that of the linear equation, as near forced resonances, further ones are
     found along branches of motions through speed, which turn back at folds and cross each other.
 
@@ -329,15 +329,15 @@ def missed_of(search: MotionSearch, speeds: Array) -> dict[float, str]:
 
 
 def _collected(search: MotionSearch, speeds: Array, every: list[Motions]) -> PeriodicMotion:
-    """Return all motions, corrected, as rows."""
+    """Return all motions as rows."""
     rows: list[tuple[int, float, Array, float, float]] = []
     divisor = 1
     for motions in every:
-        mended, residual = corrected(search.models.efforts, motions)
+        residual = residuals(motions)
         divisor = motions.model.divisor
-        waves = amplitudes(mended.course.q, 1)
+        waves = amplitudes(motions.course.q, 1)
         middle = waves[:, :1].real
-        sizes = np.max(np.abs(mended.course.q - middle) / search.rotating.units, axis=(1, 2))
+        sizes = np.max(np.abs(motions.course.q - middle) / search.rotating.units, axis=(1, 2))
         rows += [
             (int(motions.index[item]), float(sizes[item]), *rest)
             for item, rest in enumerate(zip(waves, residual.tolist(), motions.sign, strict=True))

@@ -41,6 +41,8 @@ _HALF_WIDTHS = 3.0
 """Range around a crossing in which the greatest amplitude is looked for, in half-power widths."""
 _ASIDE = 1e-3
 """Distance from an undamped resonance, as a fraction of the speed, at which motions are small."""
+_LINEAR = 1e-7
+"""Change of coefficients, as a fraction of them, that is none."""
 _LEAST_DAMPING = 1e-7
 """Damping ratio below which a mode counts as undamped."""
 _LEADS = 0.99
@@ -366,10 +368,9 @@ def _is_linear(point: Point) -> bool:
     powers = abs(point.speed) ** np.array([2.0, 1.0, 0.0])
     here, rest = (
         np.stack([item.mass, item.damping, item.stiffness]) * powers[:, None, None, None, None]
-        for item in (motions.equation, motions.model.equation(at_mean(motions.course)))
+        for item in (motions.equation, motions.model.along(at_mean(motions.course)))
     )
-    # Errors of a model are those of efforts; of their derivatives somewhat more.
-    return bool(np.max(np.abs(here - rest)) <= np.sqrt(motions.model.error) * np.max(np.abs(rest)))
+    return bool(np.max(np.abs(here - rest)) <= _LINEAR * np.max(np.abs(rest)))
 
 
 def shares_of(point: Point, order: float, shapes: Array) -> Array:
@@ -418,7 +419,7 @@ def _branches(search: MotionSearch, crossing: Crossing) -> list[Branch]:
     found: list[Branch] = []
     for start, last in zip(ends, speeds[::-1], strict=True):
         if start is not None and not (found and found[0].is_whole):
-            found.append(Branch(search.models, Point.of(start), last))
+            found.append(Branch(Point.of(start), last))
     return found
 
 
@@ -482,12 +483,6 @@ class _Stretch:
             most = self._greatest_lasting()
             more = "" if most is None else f"; of those that a rig stays at, {most:.3g} was found"
             notes.append(f"its greatest amplitude is that of an unstable motion{more}")
-        error = max(item.error for item in (peak, *(fold.point for fold in self._branch.folds)))
-        if error:
-            notes.append(
-                f"found in a model alone that is off by {error:.1e} of the efforts, as finer ones "
-                "do not reach so far: speeds and amplitudes are less exact than usual"
-            )
         others = [
             f"{fold.point.speed:.6g} rad/s (from {self.share(fold.point):.3g})"
             for fold in self._branch.folds

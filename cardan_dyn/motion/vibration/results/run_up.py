@@ -107,7 +107,7 @@ class SimulatedRun:
         refuse_missed(search, np.array([first]))
         (motions,) = found
         self._begun = DrivenMotions(
-            search.models.efforts, rotating.period, rotating.units, torque
+            search.model.efforts, rotating.period, rotating.units, torque
         ).of(motions.course.speed, motions.course.q, motions.model.divisor)
 
     def over(self, duration: float, rtol: float) -> Run:
@@ -191,7 +191,7 @@ class SimulatedRun:
         place[:, 1:] = np.mean(self._begun.position[0], axis=0)
         rest, unit = np.zeros_like(place), np.tile(np.eye(1 + free)[0], (count, 1))
         states = [(rest, unit), (rest, rest)]
-        risen, still = self._search.models.efforts.through(place, states)
+        risen, still = self._search.model.efforts.through(place, states)
         return float(np.mean(risen[:, 0] - still[:, 0]))
 
 

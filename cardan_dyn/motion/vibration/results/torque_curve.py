@@ -14,10 +14,10 @@ from ....kit.arrays import Array
 from ....kit.extremes import greatest, peak
 from ....kit.periodic import amplitudes, orders_of
 from ..model.modes import averaged, modes, sense_name
-from ..motions.correction import corrected
 from ..motions.driven import Characteristic, Driven, DrivenMotions
+from ..motions.harmonic_balance import Motions
 from ..motions.linear import averaged_motions
-from ..motions.models import Motions
+from ..motions.residuals import residuals
 from ..motions.search import MotionSearch
 from ..motions.steady_path import SteadyPath
 
@@ -95,9 +95,7 @@ class TorqueCurve:
         """
         rotating = search.rotating
         self._search, self._path, self._is_prescribed = search, path, torque is None
-        self._motions = DrivenMotions(
-            search.models.efforts, rotating.period, rotating.units, torque
-        )
+        self._motions = DrivenMotions(search.model.efforts, rotating.period, rotating.units, torque)
 
     def predicted(self) -> Predicted:
         """Return what the path predicts, speeds without a motion among it.
@@ -113,7 +111,7 @@ class TorqueCurve:
         torque, lack = np.full((2, size), np.nan)
         for motions in self._path.together():
             if self._is_prescribed:
-                motions, _ = corrected(self._search.models.efforts, motions)
+                residuals(motions)
             found = self._driven(motions)
             swing[motions.index] = half_swings(found.position)
             linear[motions.index] = half_swings(averaged_motions(motions))
