@@ -17,8 +17,10 @@ from ...core.results.sweep import Sweep
 from ...figures.wrenches import QUANTITIES, determined, together, values_of
 from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ModelError
+from ...kit.quantities import amount, span
 from .commands import Arrays, node_name
 from .still import Still
+from .vectors import slide
 
 SIGN = "Forces and moments are those that the parent exerts on the child."
 _TYPES = {"continuous": "revolute"}
@@ -54,6 +56,7 @@ def readings(
     samples: Array,
     arrays: Arrays,
     along: Course,
+    swings: frozenset[str] = frozenset(),
 ) -> dict[str, Any]:
     """Return what the page tells, its arrays in `arrays`.
 
@@ -63,10 +66,12 @@ def readings(
         samples: `(n,)` indices of the samples that are shown.
         arrays: gets the numbers.
         along: what the slider goes along.
+        swings: coordinates that swing as in a mode.
     """
-    told = _Teller(sweep, samples, arrays)
+    told = _Teller(sweep, samples, arrays, swings)
     return {
         "sign": SIGN,
+        "mode": told.mode(),
         "course": {
             "name": along.name,
             "unit": along.unit,
@@ -130,8 +135,11 @@ def _scale(mechanism: Mechanism, coordinate: str, positions: Array) -> tuple[str
 class _Teller:
     """Tells the state of a sweep and the numbers of its joints at some samples."""
 
-    def __init__(self, sweep: Sweep | Still, samples: Array, arrays: Arrays) -> None:
+    def __init__(
+        self, sweep: Sweep | Still, samples: Array, arrays: Arrays, swings: frozenset[str]
+    ) -> None:
         self._sweep, self._samples, self._arrays = sweep, samples, arrays
+        self._swings = swings
         self._mechanism = sweep.mechanism
         self._loops = {loop.joint for loop in self._mechanism.loops}
         wrenches = [sweep[name] for name in sweep.outputs]
@@ -153,6 +161,7 @@ class _Teller:
         speeds = np.reshape(sweep.speed, (len(sweep), -1))
         for column, name in enumerate(sweep.coordinates):
             kind = "free" if name in sweep.free else "drive"
+            kind = "swing" if name in self._swings else kind
             unit, factor = _scale(self._mechanism, name, positions[self._samples, column])
             rows.append(self._row(kind, name, factor * positions[:, column], unit))
             if np.any(speeds[:, column]):
@@ -179,6 +188,22 @@ class _Teller:
             rows.append(self._row("gravity", "", size, "m/s²"))
         return rows
 
+    def mode(self) -> str:
+        """Return how large a mode is drawn, in words; empty of what is none."""
+        sizes = []
+        for name in self._swings:
+            way = self._sweep.motion.position(name)[self._samples]
+            if np.ptp(way):
+                unit, factor = _scale(self._mechanism, name, way)
+                sizes.append((0.5 * factor * float(np.ptp(way)), unit, name))
+        if not sizes:
+            return ""
+        size, unit, name = max(sizes)
+        return (
+            f"Mode shape, drawn larger than life: {name} swings by {amount(size, unit)} to both "
+            "sides. A mode has a shape and a frequency, and no size of its own."
+        )
+
     def _row(self, kind: str, name: str, values: Array, unit: str) -> dict[str, Any]:
         row: dict[str, Any] = {"kind": kind, "name": name, "unit": unit}
         if values.ndim and len(values) > 1 and np.ptp(values) > 0.0:
@@ -197,6 +222,7 @@ class _Teller:
             "parent": parent,
             "child": child,
             "open": "",
+            "stroke": self._stroke(joint),
             "series": [],
         }
         if isinstance(self._sweep, Sweep):
@@ -211,6 +237,11 @@ class _Teller:
             ]
             told["series"] = [self._one(*item) for item in (*parts, *self._efforts(joint))]
         return told
+
+    def _stroke(self, joint: Joint) -> str:
+        """Return between which positions a joint slides along its axis, in words."""
+        way = slide(self._sweep, joint, self._samples)
+        return span(np.min(way), np.max(way), "m") if np.ptp(way) else ""
 
     def links(self) -> list[dict[str, Any]]:
         """Return names of links, and the nodes under which their shapes are."""
