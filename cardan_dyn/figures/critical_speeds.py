@@ -85,8 +85,9 @@ def campbell(
         raise ArgumentError(f"whirl has shape {sides.shape}, expected {modes.shape} as frequency")
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    for index in range(modes.shape[1]):
-        values = np.where(modes[:, index] > 0.0, modes[:, index], np.nan)
+    swinging = np.where(modes > 0.0, modes, np.nan)
+    gaps = any(np.any(np.isnan(mode)) and not np.all(np.isnan(mode)) for mode in swinging.T)
+    for index, values in enumerate(swinging.T):
         name = f"mode {index + 1}{_direction(sides[:, index])}"
         style = curve_style(index, len(at))
         axes.plot(at * PER_MINUTE, values * _HERTZ, **style, label=name)
@@ -103,7 +104,8 @@ def campbell(
     if top:
         axes.set_ylim(0.0, top * _HERTZ)
     axes.set(xlabel=SPEED, ylabel="natural frequency [Hz]")
-    return drawn.finish(title, 3)
+    note = "gaps in lines: there the mode does not swing, it creeps or grows" if gaps else ""
+    return drawn.finish(title, 3, note)
 
 
 @in_look

@@ -55,6 +55,8 @@ def label_peaks(
     written: list[tuple[float, float, float, float]] = []
     room = {1.0: False, -1.0: False}
     for line in lines:
+        if line.get_linestyle() == "None":
+            continue  # Between points in no order there is nothing.
         x, y = (np.asarray(values, dtype=float) for values in line.get_data())
         if np.max(np.abs(np.nan_to_num(y)), initial=0.0) <= NOTHING * scale:
             continue

@@ -534,6 +534,17 @@ class Abscissa(NamedTuple):
         _, _, rest = self.label.rpartition("[")
         return rest.removesuffix("]") if rest.endswith("]") and "[" in self.label else ""
 
+    def style(self, index: int) -> dict[str, Any]:
+        """Return how the values with this index are drawn: as points if in no order.
+
+        Samples that turn back at every other one are no path, and lines between them say nothing.
+        """
+        steps = np.sign(np.diff(self.values))
+        turns = np.count_nonzero(steps[1:] * steps[:-1] < 0.0)
+        if 2 * turns > len(steps):
+            return point_style(index)
+        return curve_style(index, len(self.values))
+
     def name(self, panel: Axes) -> None:
         """Write the label at axes, and limit them."""
         if self.kind == "angle":
