@@ -18,7 +18,7 @@ from ...figures.wrenches import QUANTITIES, determined, together, values_of
 from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ModelError
 from ...kit.quantities import amount, span
-from .commands import Arrays, node_name
+from .commands import STEADY, Arrays, node_name
 from .still import Still
 from .vectors import slide
 
@@ -30,8 +30,6 @@ _SHORT_WAY = 0.1
 _WITH_AXIS = ("torsion", "bending", "force", "axial", "shear")
 _WITHOUT = ("moment", "force")
 """Quantities that are told of joints with an axis, and of others."""
-_CLOSED = 1e-6
-"""How far the ends of a course may be apart for it to count as closed [rad, m]."""
 
 
 class Course(NamedTuple):
@@ -110,7 +108,7 @@ def course(sweep: Sweep | Still, samples: Array, *, timed: bool) -> Course:
     if np.all(np.diff(time) > 0.0):
         return Course("time", "s", time, time - time[0])
     share = np.linspace(0.0, 1.0, len(samples))
-    if np.max(np.abs(positions[-1] - positions[0])) < _CLOSED:
+    if np.max(np.abs(positions[-1] - positions[0])) < STEADY:
         return Course("phase", "°", 360.0 * share, None)
     return Course("course", "%", 100.0 * share, None)
 
@@ -139,8 +137,10 @@ class _Teller:
         self, sweep: Sweep | Still, samples: Array, arrays: Arrays, swings: frozenset[str]
     ) -> None:
         self._sweep, self._samples, self._arrays = sweep, samples, arrays
-        self._swings = swings
         self._mechanism = sweep.mechanism
+        self._swings = swings
+        links = reversed(list(self._mechanism.links.items()))
+        self._first = {body: name for name, (body, _) in links}
         self._loops = {loop.joint for loop in self._mechanism.loops}
         wrenches = [sweep[name] for name in sweep.outputs]
         force = max((_greatest(item.force) for item in wrenches), default=0.0)
@@ -225,7 +225,8 @@ class _Teller:
             "stroke": self._stroke(joint),
             "series": [],
         }
-        if isinstance(self._sweep, Sweep):
+        # What joints carry is as much larger than life as a mode is.
+        if isinstance(self._sweep, Sweep) and not self._swings:
             wrench = self._sweep[name]
             if not np.all(wrench.unique):
                 opened = named_components(~wrench.unique)
@@ -245,19 +246,13 @@ class _Teller:
 
     def links(self) -> list[dict[str, Any]]:
         """Return names of links, and the nodes under which their shapes are."""
-        first: dict[int, str] = {}
-        for name, (body, _) in self._mechanism.links.items():
-            first.setdefault(body, name)
         return [
-            {"name": name, "node": node_name(name), "body": node_name(first[body])}
+            {"name": name, "node": node_name(name), "body": node_name(self._first[body])}
             for name, (body, _) in self._mechanism.links.items()
         ]
 
     def _ends(self, joint: Joint) -> tuple[str, str]:
         """Return the links that a joint connects, by the first link of each body."""
-        names: dict[int, str] = {}
-        for name, (body, _) in self._mechanism.links.items():
-            names.setdefault(body, name)
         if joint.name in self._loops:
             (loop,) = (item for item in self._mechanism.loops if item.joint == joint.name)
             child, parent = loop.successor, loop.predecessor
@@ -265,7 +260,7 @@ class _Teller:
                 parent = int(self._mechanism.model.parents[joint.parts[0].id])
         else:
             child, parent = joint.id, int(self._mechanism.model.parents[joint.parts[0].id])
-        return names.get(parent, ""), names.get(child, "")
+        return self._first.get(parent, ""), self._first.get(child, "")
 
     def _efforts(self, joint: Joint) -> list[tuple[str, str, Array, bool]]:
         """Return what drives or holds a joint."""

@@ -11,7 +11,7 @@ import numpy as np
 from ...core.mechanism.joints import Joint
 from ...core.results.sweep import Sweep
 from ...core.results.wrench import WITHOUT_AXIS
-from ...figures.wrenches import PARTS
+from ...figures.wrenches import PARTS, together
 from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ArgumentError
 from . import shapes as forms
@@ -34,13 +34,9 @@ GRAVITY = Color.of("#455a64", on_top=True, layer=2)
 _LABEL = Color.of("#333333")
 
 # Lengths in the drawing are fractions of the radius of the scene, chosen for legibility.
-_THIN_ARROW_RADIUS = 0.013
-"""Radius of the shaft of a moment's arrow, which is thin, since those of torsion and bending start
-at the same point."""
 _HALF_AXIS, _AXIS_RADIUS, _BALL_RADIUS = 0.26, 0.005, 0.022
-"""Half the length of a joint axis, its radius, and that of the balls at the ends of a loop's."""
-_TRACE_RADIUS = 0.006
-"""Radius of the wire that traces a moment."""
+"""Half the length of a joint axis, its radius and that of traces, and that of the balls at the ends
+of a loop's."""
 _TRACE_POINTS = 180
 """About how many points make a trace: one every 2° of a revolution looks smooth."""
 MEANINGS = {
@@ -206,7 +202,7 @@ class _Builder:
         self._legend: list[Meaning] = []
         self._scales: list[Scale] = []
         self._arrow_surface = forms.arrow(forms.ARROW_RADIUS)
-        self._thin_surface = forms.arrow(_THIN_ARROW_RADIUS)
+        self._thin_surface = forms.arrow(forms.ARROW_RADIUS / 2.0)
 
     def scenery(self) -> Scenery:
         """Return what has been drawn."""
@@ -244,13 +240,11 @@ class _Builder:
 
     def draw_moments(self, vectors: list[Vectors], arrows: bool, traces: bool) -> None:
         """Draw torsion and bending as arrows, whole moments with their traces, and their scale."""
-        greatest = max((item.greatest_moment for item in vectors), default=0.0)
-        force = max((item.greatest_force for item in vectors), default=0.0)
-        if not greatest > NOTHING * force * self._radius:
+        found = self._scale_of("moment", "N·m", vectors)
+        if found is None:
             return
-        longest = legible([item.moment for item in vectors])
-        scale = forms.ARROW * self._radius / longest
-        shown = [item for item in vectors if item.greatest_moment > NOTHING * greatest]
+        scale, least = 1.0 / found.per_metre, NOTHING * found.per_metre * self._radius
+        shown = [item for item in vectors if item.greatest_moment > least]
         drawn = self._draw_parts(shown, scale, {"torsion": TORSION, "bending": BENDING}, arrows)
         turning = [item for item in shown if traces and item.turns]
         traced = [item.name for item in turning if self._draw_trace(item, scale)]
@@ -258,20 +252,26 @@ class _Builder:
             text = "moment 𝔐 and its trace in the shaft"
             self._legend.append(Meaning(TOTAL.css, text, "moment"))
         if drawn or traced:
-            cut = longest if longest < greatest else None
-            self._scales.append(Scale("moment", "N·m", 1.0 / scale, cut))
+            self._scales.append(found)
 
     def draw_forces(self, vectors: list[Vectors]) -> None:
         """Draw forces as arrows along and across the axes of joints, and their scale."""
-        greatest = max((item.greatest_force for item in vectors), default=0.0)
+        found = self._scale_of("force", "N", vectors)
+        if found is not None:
+            colors = {"force": FORCE, "axial": AXIAL, "shear": SHEAR}
+            self._draw_parts(vectors, 1.0 / found.per_metre, colors)
+            self._scales.append(found)
+
+    def _scale_of(self, kind: str, unit: str, vectors: list[Vectors]) -> Scale | None:
+        """Return how long arrows of forces or moments are; None where these are rounding."""
+        force = max((item.greatest_force for item in vectors), default=0.0)
         moment = max((item.greatest_moment for item in vectors), default=0.0)
-        if not greatest > NOTHING * moment / self._radius:
-            return
-        longest = legible([item.force for item in vectors])
-        scale = forms.ARROW * self._radius / longest
-        self._draw_parts(vectors, scale, {"force": FORCE, "axial": AXIAL, "shear": SHEAR})
+        greatest = force if kind == "force" else moment
+        if not greatest > NOTHING * together(force, moment, self._radius)[unit]:
+            return None
+        longest = legible(getattr(item, kind) for item in vectors)
         cut = longest if longest < greatest else None
-        self._scales.append(Scale("force", "N", 1.0 / scale, cut))
+        return Scale(kind, unit, longest / (forms.ARROW * self._radius), cut)
 
     def draw_labels(self, vectors: list[Vectors]) -> None:
         """Write the names of joints."""
@@ -365,7 +365,7 @@ class _Builder:
         curve = curve * np.minimum(1.0, forms.ARROW * self._radius / np.maximum(size, NOTHING))
         stride = max(1, len(curve) // _TRACE_POINTS)
         points = np.concatenate([curve[::stride], curve[-1:]])
-        wire = forms.path(points, _TRACE_RADIUS * self._radius)
+        wire = forms.path(points, _AXIS_RADIUS * self._radius)
         moment = np.einsum("nij,nj->ni", item.rotation, curve)
         name = node_name(item.name)
         self._draw_arrow(f"/moment/{name}", item.anchor, moment, TOTAL, thin=True)

@@ -13,19 +13,15 @@ from ...core.results.sweep import Sweep
 from ...core.results.wrench import WITHOUT_AXIS
 from ...figures.wrenches import PARTS
 from ...kit.arrays import NOTHING, Array
+from .commands import STEADY
 from .still import Still
 
 _APART = 0.14
 """Least distance of two joints' moments, as a fraction of the radius of the scene."""
-_APART_ENOUGH = 0.99
-"""Fraction of that distance that still counts: a gap of exactly one step must not fail by
-rounding."""
 _STANDING_OUT = 3.0
 """How often greater than is usual the greatest arrow may be without hiding others."""
 SLIDES = frozenset({"prismatic", "cylindrical"})
 """Types of joints that slide along their axis."""
-_TURNING = 1e-6
-"""Change of an angle [rad] above which a joint turns: far beyond rounding, not to be seen."""
 
 
 @dataclass(frozen=True)
@@ -167,7 +163,7 @@ def _free(origin: Array, axis: Array, offset: float, taken: list[Array], radius:
     for step in (0, 1, -1, 2, -2, 3, -3):
         candidate = offset + step * _APART * radius
         gaps = [np.linalg.norm(origin + candidate * axis - point) for point in taken]
-        if min(gaps, default=radius) > _APART_ENOUGH * _APART * radius:
+        if min(gaps, default=radius) > (1.0 - NOTHING) * _APART * radius:
             return candidate
     return offset
 
@@ -187,7 +183,7 @@ def _turns(sweep: Sweep | Still, joint: Joint, samples: Array) -> bool:
             return False
         if np.any(np.ptp(sweep.rotation(carrier.name)[samples], axis=0) > NOTHING):
             return False
-    return float(np.ptp(angle)) > _TURNING
+    return float(np.ptp(angle)) > STEADY
 
 
 def _turned(rotation: Array, vectors: Array) -> Array:

@@ -190,13 +190,19 @@ def test_a_mode_says_how_large_it_is_drawn() -> None:
     rig = elastic_rigs.scene(elastic_rigs.elastic_rig(), 0.2)
     swing = mode_sweep(rig, [1.0, 0.5j], size=0.05, samples=37)
     data = readings(
-        swing, (), np.arange(37), Arrays(), course(swing, np.arange(37), timed=False), set(rig.free)
+        swing,
+        swing.outputs,
+        np.arange(37),
+        Arrays(),
+        course(swing, np.arange(37), timed=False),
+        set(rig.free),
     )
     assert "tilt_z swings by 2.865° to both sides" in data["mode"]
     assert "no size of its own" in data["mode"]
     kinds = {row["name"]: row["kind"] for row in data["state"] if row["kind"] in ("drive", "swing")}
     assert kinds == {"bearing_in": "drive", "tilt_z": "swing", "tilt_y": "swing"}
-    assert told(swing)["mode"] == ""
+    assert not any(joint["series"] for joint in data["joints"])
+    assert told(swing)["mode"] == "" and any(item["series"] for item in told(swing)["joints"])
 
 
 def test_a_mode_is_shown_over_its_phase() -> None:
