@@ -9,7 +9,7 @@ import numpy as np
 
 from ..kit.arrays import Array
 from .peaks import label_peaks
-from .style import Abscissa, Figure, Into, Size, curve_style, plain, settle, sheet
+from .style import Abscissa, Figure, Into, Size, plain, settle, sheet
 from .wrenches import MARK
 
 Column = tuple[Array, str]
@@ -58,7 +58,7 @@ def over_column(
     curves: dict[str, list[Any]] = {unit: [] for unit in units}
     for index, (name, (values, unit)) in enumerate(shown.items()):
         style = {
-            **curve_style(firsts[unit] + index, len(at.values)),
+            **at.style(firsts[unit] + index),
             "label": plain(name),
             **(line or {}),
         }

@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike
 from ..kit.arrays import Array
 from ..kit.checks import numbers
 from ..kit.errors import ArgumentError, choices
+from .orders import LEAST_SHOWN
 from .style import (
+    LETTER,
     PER_MINUTE,
     SMALL,
     SPEED,
@@ -33,11 +35,8 @@ from .style import (
 )
 
 _HERTZ = 0.5 / np.pi
-_DECADES = 1e-6
-"""Least amplitude on a logarithmic scale, as a fraction of the greatest: rounding would stretch
-it."""
-_LETTER, _FILLED = 0.6, 0.75
-"""Mean width of a letter in font sizes, and part of a figure's width that its axes fill."""
+_FILLED = 0.75
+"""Part of a figure's width that its axes fill."""
 _ROW = 11
 """Distance of rows of names [pt]."""
 _FILLS = {
@@ -85,8 +84,9 @@ def campbell(
         raise ArgumentError(f"whirl has shape {sides.shape}, expected {modes.shape} as frequency")
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    for index in range(modes.shape[1]):
-        values = np.where(modes[:, index] > 0.0, modes[:, index], np.nan)
+    swinging = np.where(modes > 0.0, modes, np.nan)
+    gaps = any(np.any(np.isnan(mode)) and not np.all(np.isnan(mode)) for mode in swinging.T)
+    for index, values in enumerate(swinging.T):
         name = f"mode {index + 1}{_direction(sides[:, index])}"
         style = curve_style(index, len(at))
         axes.plot(at * PER_MINUTE, values * _HERTZ, **style, label=name)
@@ -103,7 +103,8 @@ def campbell(
     if top:
         axes.set_ylim(0.0, top * _HERTZ)
     axes.set(xlabel=SPEED, ylabel="natural frequency [Hz]")
-    return drawn.finish(title, 3)
+    note = "gaps in lines: there the mode does not swing, it creeps or grows" if gaps else ""
+    return drawn.finish(title, 3, note)
 
 
 @in_look
@@ -188,7 +189,7 @@ def orders_over_speed(
     lines = {name: ordinate(name, values, at) for name, values in amplitudes.items()}
     sizes = {name: float(np.nanmax(np.abs(line), initial=0.0)) for name, line in lines.items()}
     greatest = max(sizes.values(), default=0.0)
-    least = _DECADES * greatest if logarithmic else 0.0
+    least = LEAST_SHOWN * greatest if logarithmic else 0.0
     kept = [name for name, size in sizes.items() if size >= least]
     for index, name in enumerate(kept):
         line, style = lines[name], curve_style(index, len(at))
@@ -320,7 +321,7 @@ def _name_order(axes: Axes, order: float, last: float, top: float) -> None:
 
 def _rows_of(places: Mapping[str, float], span: float, width: float) -> dict[str, int]:
     """Return in which row above the axes each name stands, so that none covers another one."""
-    letter = _LETTER * SMALL / (72.0 * _FILLED * width) * (span or 1.0)
+    letter = LETTER * SMALL / (72.0 * _FILLED * width) * (span or 1.0)
     ends: list[float] = []
     rows: dict[str, int] = {}
     for name, place in sorted(places.items(), key=lambda item: item[1]):

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..kit.arrays import Array
 from ..kit.errors import ArgumentError
+from ..kit.quantities import amount, column, prefix
 from .style import (
     SMALL,
     Figure,
@@ -21,6 +22,7 @@ from .style import (
     ordinate,
     plain,
     sheet,
+    shorten,
     wrapped,
 )
 
@@ -72,12 +74,12 @@ def value_map(
     (axes,) = drawn.panels
     axes.set_facecolor(_MISSING)
     cells_drawn = axes.pcolormesh(across, up, cells.T, shading="nearest", cmap=_COLOURS)
-    drawn.figure.colorbar(cells_drawn, ax=axes, label=labels[2])
+    shorten(drawn.figure.colorbar(cells_drawn, ax=axes, label=labels[2]).ax)
     _name_missing(axes, cells)
     _draw_limit(axes, across, up, cells, limit)
     axes.grid(visible=False)
     axes.set(xlabel=labels[0], ylabel=labels[1])
-    return drawn.finish(_joined(title, _limit_in_words(cells, limit)))
+    return drawn.finish(_joined(title, _limit_in_words(cells, limit, labels[2])))
 
 
 @in_look
@@ -112,9 +114,12 @@ def contour_map(
         raise ArgumentError(f"contours need values over two by two points, not {cells.shape}")
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
+    words, unit = _unit_of(labels[2])
+    scale, shown = prefix(float(np.nanmax(np.abs(cells))), unit)
     if np.ptp(cells[np.isfinite(cells)]) > 0.0:
+        color = line_style(0)["color"]
         lines = axes.contour(
-            across, up, cells.T, levels=_LEVELS, colors=line_style(0)["color"], linewidths=0.9
+            across, up, cells.T / scale, levels=_LEVELS, colors=color, linewidths=0.9
         )
         axes.clabel(lines, fontsize=8)
     _draw_limit(axes, across, up, cells, limit, hatched=True)
@@ -124,7 +129,14 @@ def contour_map(
         axes.pcolormesh(across, up, missing.T, shading="nearest", cmap=_grey(), zorder=0)
         axes.grid(visible=False)
     _name_missing(axes, cells)
-    return drawn.finish(_joined(labels[2], title, _limit_in_words(cells, limit)))
+    words = f"{words} [{shown}]" if unit else words
+    return drawn.finish(_joined(words, title, _limit_in_words(cells, limit, labels[2])))
+
+
+def _unit_of(label: str) -> tuple[str, str]:
+    """Return the words of a label, and its unit; empty if it has none."""
+    words, bracket, unit = label.removesuffix("]").rpartition(" [")
+    return (words, unit) if bracket and label.endswith("]") else (label, "")
 
 
 def _joined(*parts: str) -> str:
@@ -148,15 +160,15 @@ def _name_missing(axes: Any, cells: Array) -> None:
     )
 
 
-def _limit_in_words(cells: Array, limit: float | None) -> str:
-    """Return a limit, and whether it shows that nothing or everything exceeds it."""
+def _limit_in_words(cells: Array, limit: float | None, label: str) -> str:
+    """Return a limit in the unit of a label, and whether nothing or everything exceeds it."""
     finite = cells[np.isfinite(cells)]
     if limit is None or not finite.size:
         return ""
     beyond = finite > limit
     where = " exceeded everywhere" if beyond.all() else "" if beyond.any() else " nowhere exceeded"
     known = " where there is a result" if where and finite.size < cells.size else ""
-    return f"limit {limit:.6g}{where}{known}"
+    return f"limit {amount(limit, _unit_of(label)[1])}{where}{known}"
 
 
 def _draw_limit(
@@ -222,6 +234,14 @@ def tornado(
         color = line_style(end)["color"]
         style = {"facecolor": color if not hatch else "white", "edgecolor": color}
         axes.barh(names, widths, left=middle, height=0.6, hatch=hatch, label=name, **style)
+    for name, parameter in zip(names, order, strict=True):
+        lost = [
+            end for end, place in (("lower", 0), ("upper", -1)) if np.isnan(along[parameter][place])
+        ]
+        if lost:
+            text = f"no result at the {' and '.join(lost)} end"
+            beside = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
+            axes.annotate(text, (middle, name), fontsize=SMALL, **beside)
     axes.hlines(names, *np.transpose([spans[name] for name in order]), color="black", linewidth=1.6)
     axes.axvline(middle, color="black", linewidth=0.9)
     axes.grid(visible=False, axis="y")
@@ -274,12 +294,17 @@ def scatter(
         )
         panels[index].set_xlabel(wrapped(plain(name), drawn.figure.get_figwidth() / columns - 0.4))
         panels[index].locator_params(axis="x", nbins=3)  # More of them run into each other.
-        # A common power of ten at the end of the axis would stand on its label.
-        panels[index].xaxis.set_major_formatter("{x:.3g}")
+        _, unit = _unit_of(name)
+        if prefix(float(np.max(np.abs(at))), unit) == (1.0, unit):
+            # A common power of ten at the end of the axis would stand on its label.
+            panels[index].xaxis.set_major_formatter("{x:.3g}")
         if limit is not None:
             panels[index].axhline(limit, color=line_style(_LIMIT)["color"], linewidth=1.2)
         if index % columns == 0:
             panels[index].set_ylabel(label)
+        elif drawn.is_new:
+            panels[index].sharey(panels[index - 1])
+            panels[index].tick_params(labelleft=False)
     return drawn.finish(title)
 
 
@@ -329,14 +354,21 @@ def parallel_coordinates(
             linewidth=1.0,
             linestyle="--" if beyond else "-",
         )
-    for place, (least, most) in enumerate(zip(low, low + span, strict=True)):
+    labels = []
+    for place, (name, least, most) in enumerate(zip(names, low, low + span, strict=True)):
         axes.axvline(place, color="0.35", linewidth=0.9)
-        for height, value, side in ((0.0, least, "top"), (1.0, most, "bottom")):
-            axes.text(place, height, f"{value:.4g}", ha="center", va=side, fontsize=SMALL)
+        words, unit = _unit_of(name)
+        ends, unit = column([least, most], unit)
+        labels.append(f"{words} [{unit}]" if unit else name)
+        for height, text, side in ((0.0, ends[0], "top"), (1.0, ends[1], "bottom")):
+            axes.text(place, height, text, ha="center", va=side, fontsize=SMALL)
     width = (drawn.figure.get_figwidth() - 0.6) / len(names)
-    axes.set_xticks(range(len(names)), [wrapped(plain(name), width) for name in names])
+    axes.set_xticks(range(len(names)), [wrapped(plain(label), width) for label in labels])
     axes.set_yticks([])
     axes.set_ylim(-0.08, 1.08)
     axes.grid(visible=False)
     axes.spines["left"].set_visible(False)
-    return drawn.finish(title)
+    words, unit = _unit_of(names[-1])
+    note = f"a line is a case; dark where {plain(words)} is small, bright where it is great"
+    note += f", dashed beyond {amount(limit, unit)}" if limit is not None else ""
+    return drawn.finish(title, note=note)

@@ -13,12 +13,12 @@ from ..kit.periodic import amplitudes
 from .style import Figure, Into, Size, in_look, line_style, plain, sheet
 
 _HATCHES = ("", "///", "...", "xx", "\\\\\\", "++")
-_EVEN = 1e-6
+EVEN = 1e-6
 """By what fraction of the mean step the steps of angles may differ. Rounding is far below; uneven
 steps would appear as amplitudes that the quantity does not have."""
 _BAR_WIDTH = 0.8
 """Width of all bars of one order together, in orders: the rest keeps the orders apart."""
-_LEAST_SHOWN = 1e-6
+LEAST_SHOWN = 1e-6
 """Least amplitude on a logarithmic scale, as a fraction of the greatest: rounding errors would
 stretch the scale over ten more decades."""
 
@@ -55,7 +55,7 @@ def order_amplitudes(position: ArrayLike, values: ArrayLike) -> tuple[Array, Arr
         )
     steps = np.diff(angle)
     step = float(np.mean(steps))
-    if not (step > 0.0 and np.max(np.abs(steps - step)) < _EVEN * step):
+    if not (step > 0.0 and np.max(np.abs(steps - step)) < EVEN * step):
         raise ArgumentError("orders need angles that rise evenly")
     turns = (angle[-1] - angle[0]) / (2.0 * np.pi)
     if abs(turns - round(turns)) < NOTHING and round(turns):
@@ -122,7 +122,7 @@ def order_spectrum(
     axes.grid(visible=False, axis="x")
     if logarithmic and greatest:
         axes.set_yscale("log")
-        axes.set_ylim(bottom=_LEAST_SHOWN * greatest)
+        axes.set_ylim(bottom=LEAST_SHOWN * greatest)
     if not greatest:
         axes.set_ylim(0.0, 1.0)
     return drawn.finish(title, 3, note)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..kit.arrays import Array
 from ..kit.errors import ArgumentError
+from .orders import EVEN
 from .style import (
     Figure,
     Into,
@@ -22,9 +23,6 @@ from .style import (
     sheet,
 )
 from .wrenches import along, wrench_panels
-
-_EVEN = 1e-6
-"""By how much steps of an angle may differ, as a fraction of the greatest, and count as even."""
 
 
 @in_look
@@ -132,7 +130,7 @@ def _mean(values: Array, angle: Array) -> float:
     The samples of a trajectory are not evenly spaced along the angle.
     """
     steps = np.diff(angle)
-    is_uneven = len(steps) > 0 and np.ptp(steps) > _EVEN * np.max(np.abs(steps))
+    is_uneven = len(steps) > 0 and np.ptp(steps) > EVEN * np.max(np.abs(steps))
     if is_uneven and (np.all(steps > 0.0) or np.all(steps < 0.0)):
         return float(np.sum(0.5 * (values[1:] + values[:-1]) * steps) / np.sum(steps))
     # A whole turn ends where it starts, and the mean must not count this position twice.

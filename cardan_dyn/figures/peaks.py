@@ -9,14 +9,14 @@ import numpy as np
 
 from ..kit.arrays import NOTHING, Array
 from ..kit.quantities import number, prefix
-from .style import SMALL, Axes
+from .style import LETTER, SMALL, Axes
 
 _MOST_LINES = 2
 """Lines in axes up to which their peaks are labelled without being asked for."""
 _FEWEST = 8
 """Points of a line from which on that is done: of fewer, each is seen."""
-_LETTER, _LINE, _GAP = 0.55, 1.25, 6.0
-"""Mean width of a letter and height of a line in font sizes, and distance from the peak [pt]."""
+_LINE, _GAP = 1.25, 6.0
+"""Height of a line in font sizes, and distance from the peak [pt]."""
 _ASIDE = 4.0
 """Distance of a label at the end of the axes from that [pt]."""
 _FLAT = 1e-6
@@ -55,6 +55,8 @@ def label_peaks(
     written: list[tuple[float, float, float, float]] = []
     room = {1.0: False, -1.0: False}
     for line in lines:
+        if line.get_linestyle() == "None":
+            continue  # Between points in no order there is nothing.
         x, y = (np.asarray(values, dtype=float) for values in line.get_data())
         if np.max(np.abs(np.nan_to_num(y)), initial=0.0) <= NOTHING * scale:
             continue
@@ -105,7 +107,7 @@ def _write(
     bottom, top = panel.get_ylim()
     width = _INSIDE * panel.figure.get_figwidth() * 72.0
     across = (at[0] - low) / ((high - low) or 1.0)
-    letters = _LETTER * SMALL * len(text)
+    letters = LETTER * SMALL * len(text)
     # At the ends of the axes a label stands to the side that is within.
     lean = "left" if across * width < 0.5 * letters else "center"
     lean = "right" if (1.0 - across) * width < 0.5 * letters else lean

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from ..kit.arrays import NOTHING, Array
-from ..kit.errors import ArgumentError
+from ..kit.errors import ArgumentError, choices
 from ..kit.quantities import amount
 from .style import (
     SMALL,
@@ -34,6 +34,8 @@ _AXES_OF = {
     "world": "world axes",
 }
 _UNITS = {"force": ("F", "N"), "moment": ("M", "N·m")}
+_PLANES = ("xy", "yz", "xz", "zx", "yx", "zy")
+"""Planes by the axes across and up; by itself z is up."""
 _LABELLED_WITHIN = 3.0
 """How far a sample may be from a quarter turn and still be labelled with it [°]."""
 _SAME_POINT = 0.04
@@ -80,7 +82,8 @@ def force_polar(
         frames: one or several of `parent` (for an end bearing these are fixed axes), `joint`
             (they turn with the child) and `world`.
         drive: joint whose angle is written at the curve; the first drive if not given.
-        plane: `xy`, `yz` or `zx`, instead of the plane most nearly across the joint's axis.
+        plane: the axes across and up, such as `zx`, instead of `xy`, `yz` or `xz`, which is most
+            nearly across the joint's axis.
         title: of the figure.
         ax: axes to be drawn into instead of a new figure, one for each joint and frame.
         figsize: width and height of a new figure [inch].
@@ -353,11 +356,11 @@ def _ends(position: Array) -> dict[int, str]:
 def across(axis: Array) -> str:
     """Return the coordinate plane most nearly across an axis `(3,)` or axes `(N, 3)`."""
     mean = np.mean(np.abs(np.atleast_2d(axis)), axis=0)
-    return ("yz", "zx", "xy")[int(np.argmax(mean))]
+    return ("yz", "xz", "xy")[int(np.argmax(mean))]
 
 
 def columns_of(plane: str) -> list[int]:
     """Return the indices of both coordinates of a plane."""
-    if plane not in ("xy", "yz", "zx"):
-        raise ArgumentError(f"plane {plane!r} is unknown; planes: xy, yz, zx")
+    if plane not in _PLANES:
+        raise ArgumentError(f"plane {plane!r} is unknown; planes: {choices(_PLANES)}")
     return ["xyz".index(letter) for letter in plane]

@@ -64,7 +64,7 @@ _ROOM_BEYOND = 1.15
 """How far an axis goes beyond a constant, seen from zero."""
 SMALL = 9
 """Font size of what is written within axes, and of notes [pt]."""
-_LETTER = 0.55
+LETTER = 0.55
 """Mean width of a letter as a fraction of the font size."""
 _POINTS_PER_INCH = 72.0
 _ROW = 0.24
@@ -347,7 +347,7 @@ def plain(name: str) -> str:
 
 def wrapped(text: str, width: float, size: float = TITLE_SIZE) -> str:
     """Return a text in lines that fit into a width [inch]."""
-    letters = max(8, int(width * _POINTS_PER_INCH / (_LETTER * size)))
+    letters = max(8, int(width * _POINTS_PER_INCH / (LETTER * size)))
     return "\n".join(
         part for line in text.split("\n") for part in textwrap.wrap(line, letters) or [""]
     )
@@ -395,7 +395,7 @@ def _handles(panels: Iterable[Axes]) -> dict[str, Any]:
 
 def _fitting(figure: Figure, labels: list[str], most: int) -> int:
     """Return how many columns of labels fit into the width of a figure."""
-    letters = figure.get_figwidth() * _POINTS_PER_INCH / (_LETTER * LOOK["font.size"])
+    letters = figure.get_figwidth() * _POINTS_PER_INCH / (LETTER * LOOK["font.size"])
     for columns in range(most, 1, -1):
         rows = -(-len(labels) // columns)
         parts = (labels[first : first + rows] for first in range(0, len(labels), rows))
@@ -533,6 +533,17 @@ class Abscissa(NamedTuple):
         """Its unit, as it follows a number."""
         _, _, rest = self.label.rpartition("[")
         return rest.removesuffix("]") if rest.endswith("]") and "[" in self.label else ""
+
+    def style(self, index: int) -> dict[str, Any]:
+        """Return how the values with this index are drawn: as points if in no order.
+
+        Samples that turn back at every other one are no path, and lines between them say nothing.
+        """
+        steps = np.sign(np.diff(self.values))
+        turns = np.count_nonzero(steps[1:] * steps[:-1] < 0.0)
+        if 2 * turns > len(steps):
+            return point_style(index)
+        return curve_style(index, len(self.values))
 
     def name(self, panel: Axes) -> None:
         """Write the label at axes, and limit them."""

@@ -10,7 +10,7 @@ import numpy as np
 from ..kit.arrays import NOTHING, ROUNDED, Array
 from ..kit.errors import ArgumentError, choices
 from .peaks import label_peaks
-from .style import SIGN, Abscissa, Figure, Into, Size, Swept, curve_style, plain, settle, sheet
+from .style import SIGN, Abscissa, Figure, Into, Size, Swept, plain, settle, sheet
 
 UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
 """Quantities of a `JointWrench` that are drawn as lines, and their units."""
@@ -32,6 +32,7 @@ def wrench_panels(
     *,
     title: str = "",
     peaks: bool | None = None,
+    others: Collection[str] = (),
     ax: Into = None,
     figsize: Size | None = None,
     line: Mapping[str, Any] | None = None,
@@ -49,6 +50,7 @@ def wrench_panels(
             not all but zero if there are none.
         title: of the figure.
         peaks: see `label_peaks`.
+        others: joints that were left out because none was named, which a note says.
         ax: see `sheet`.
         figsize: likewise.
         line: properties of the lines, for `Axes.plot`.
@@ -77,7 +79,7 @@ def wrench_panels(
     for row, (quantity, panel) in enumerate(zip(shown, drawn.panels, strict=True)):
         first, curves = drawn.drawn(row), []
         for index, wrench in enumerate(wrenches):
-            style = {**curve_style(first + index, len(at.values)), "label": plain(wrench.joint)}
+            style = {**at.style(first + index), "label": plain(wrench.joint)}
             style |= line or {}
             # A joint has one name in all axes: its star and that of the quantity belong together.
             if any(joint == wrench.joint for joint, _ in opened):
@@ -89,7 +91,9 @@ def wrench_panels(
         settle(panel, whole[unit])
         label_peaks(panel, curves, unit, at.unit, peaks, whole[unit])
     drawn.over(at)
-    return drawn.finish(title, 4, sign_note(turn, {joint for joint, _ in opened}))
+    notes = [sign_note(turn, {joint for joint, _ in opened})]
+    notes += [f"not drawn: {choices(others, most=3)}"] if others else []
+    return drawn.finish(title, 4, "; ".join(notes))
 
 
 def sign_note(turn: Swept, opened: Collection[str]) -> str:

@@ -94,7 +94,7 @@ def test_arrows_end_where_the_wrench_says(
         page.picture(sample / 720)
         tips = []
         for kind in ("torsion", "bending"):
-            node = f'scene.node("/{kind}/bearing_out")'
+            node = f'scene.node("/{kind}/bearing_in")'
             tips.append(
                 page.evaluate(
                     f"(() => {{ const n = {node}; const v = new THREE.Vector3(0, 0, 1);"
@@ -102,7 +102,7 @@ def test_arrows_end_where_the_wrench_says(
                     "return [v.x, v.y, v.z]; })()"
                 )
             )
-        wrench = joint_turn.wrench("bearing_out", "world")
+        wrench = joint_turn.wrench("bearing_in", "world")
         torsion = wrench.torsion[sample] * np.broadcast_to(wrench.axis, (721, 3))[sample]
         bending = wrench.bending_vector[sample]
         for tip, expected in zip(tips, (torsion, bending), strict=True):

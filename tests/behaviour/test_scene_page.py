@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -159,6 +160,11 @@ def test_the_theme_can_be_switched_and_follows_the_system_until_then(four_bar: P
     four_bar.page.emulate_media(color_scheme="light")
     four_bar.page.emulate_media(color_scheme="dark")
     assert four_bar.evaluate(theme) == "light"
+    # Whoever has chosen finds that again on the next page.
+    four_bar.page.emulate_media(color_scheme="dark")
+    four_bar.page.reload()
+    four_bar.page.wait_for_function("window.scene && scene.frames.count > 0")
+    assert four_bar.evaluate(theme) == "light"
 
 
 @pytest.mark.parametrize(("size", "theme"), [(WINDOWS[0], "light"), (WINDOWS[1], "dark")])
@@ -231,8 +237,14 @@ def test_what_statics_leaves_open_is_marked(four_bar: Page) -> None:
     assert "force *" in text and "torsion *" not in text
     assert "that the parent exerts on the child" in text
     texts = [item["text"] for item in four_bar.evaluate("scene.labels()")]
-    assert any(text.endswith("N *") for text in texts)
-    assert any(text.endswith("N·m") for text in texts)
+    # The whole force is not known, but the force across the axis is.
+    known = """Object.fromEntries(labels.filter(({ joint, kind }) => kind === "number"
+      && joint.name === "crank_bearing").map(({ root, unique }) => [root, unique]))"""
+    expected = {"torsion": True, "shear": True}
+    assert four_bar.evaluate(known) == expected
+    assert any(re.fullmatch(r"shear [\d.]+ N", text) for text in texts)
+    chosen = "{ kind: 'number', root: 'axial', now: 3, scale: 1, decimals: 1, unit: 'N' }"
+    assert four_bar.evaluate(f"textOf({chosen})") == "axial 3.0 N *"
 
 
 def test_joints_and_links_are_selected_in_the_list_and_in_the_scene(four_bar: Page) -> None:
@@ -299,6 +311,17 @@ def test_keys_play_step_and_look(four_bar: Page) -> None:
     far = four_bar.evaluate("orbit.distance")
     page.keyboard.press("+")
     assert four_bar.evaluate("orbit.distance") < far
+    # Views along axes are drawings: what is behind is as large as what is in front.
+    assert four_bar.evaluate("camera === parallel")
+    assert page.get_attribute("#lens", "aria-pressed") == "true"
+    apart = """[[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]].map((at) =>
+      new THREE.Vector3(...at).project(camera).x)"""
+    near, beside, behind, both = four_bar.evaluate(apart)
+    assert beside - near == pytest.approx(both - behind, rel=1e-6)
+    page.keyboard.press("5")
+    near, beside, behind, both = four_bar.evaluate(apart)
+    assert beside - near > 1.1 * (both - behind)
+    page.keyboard.press("5")
     page.keyboard.press("0")
     assert four_bar.evaluate("orbit.distance") == pytest.approx(far)
     page.keyboard.press("n")
@@ -310,7 +333,7 @@ def test_keys_play_step_and_look(four_bar: Page) -> None:
         page.keyboard.press("Tab")
         order.append(four_bar.evaluate("document.activeElement.id || document.activeElement.title"))
         assert four_bar.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid"
-    assert order[5:] == ["play", "slider", "speed", "fold", "theme"]
+    assert order[5:] == ["lens", "play", "slider", "speed", "fold"]
 
 
 def test_parts_are_switched_and_joints_chosen(four_bar: Page) -> None:
@@ -323,7 +346,7 @@ def test_parts_are_switched_and_joints_chosen(four_bar: Page) -> None:
     four_bar.seek(0.3)
     names = [item["text"] for item in four_bar.evaluate("scene.labels()")]
     assert {"crank_pin", "rocker_pin", "crank_bearing", "rocker_bearing"} <= set(names)
-    for part, path in (("shapes", "/mechanism"), ("forces", "/force"), ("axes", "/axes")):
+    for part, path in (("shapes", "/mechanism"), ("forces", "/shear"), ("axes", "/axes")):
         assert four_bar.evaluate(f"scene.node('{path}').visible")
         page.uncheck(f"[data-part={part}]")
         assert not four_bar.evaluate(f"scene.node('{path}').visible")

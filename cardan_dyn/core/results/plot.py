@@ -24,6 +24,7 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, choices
+from .case_line import case_line
 from .table import Table
 
 if TYPE_CHECKING:
@@ -295,7 +296,21 @@ class MotionPlot(Plot):
                 raise ArgumentError("label is that of one joint: name one, or leave label out")
             line["label"] = label if isinstance(label, str) else label[0]
         drawn = names(quantities, "quantities") if quantities else ()
-        return in_look(wrench_panels)(turn, joints, self._over(x, xlabel), drawn, line=line, **own)
+        others = [name for name in turn.outputs if name not in joints and not columns]
+        return in_look(wrench_panels)(
+            turn,
+            joints,
+            self._over(x, xlabel),
+            drawn,
+            others=others,
+            line=line,
+            **self._titled(own),
+        )
+
+    def _titled(self, options: Mapping[str, Any]) -> dict[str, Any]:
+        """Return options with the case as the title of a new figure that was given none."""
+        case = case_line(self._result) if options.get("ax") is None else ""
+        return {"title": case, **options}
 
     def over_time(
         self, joints: str | Sequence[str] = (), *arguments: Any, **options: Any
@@ -303,7 +318,8 @@ class MotionPlot(Plot):
         """Draw torsion and bending of joints over time, see `figures.over_time`."""
         from ...figures.over_time import over_time
 
-        return over_time(self._result, joints or self._bearings(), *arguments, **options)
+        drawn = joints or self._bearings()
+        return over_time(self._result, drawn, *arguments, **self._titled(options))
 
     def energy(self, **options: Any) -> Figure:
         """Draw the energies of a trajectory and what is wrong with them.
@@ -312,7 +328,7 @@ class MotionPlot(Plot):
         """
         from ...figures.over_time import energy_over_time
 
-        return energy_over_time(self._result, **options)
+        return energy_over_time(self._result, **self._titled(options))
 
     def ratio(self, output: str, *, label: str = "", **options: Any) -> Figure:
         """Draw speed ratio and angle error of a joint, see `figures.ratio_and_angle_error`.
@@ -325,7 +341,7 @@ class MotionPlot(Plot):
         from ...figures.over_angle import ratio_and_angle_error
 
         turns = {label or self._result.mechanism.name: self._result}
-        return ratio_and_angle_error(turns, output=output, **options)
+        return ratio_and_angle_error(turns, output=output, **self._titled(options))
 
     def polar(
         self,
@@ -353,7 +369,8 @@ class MotionPlot(Plot):
         drawn = names(joints) if joints else list(self._bearings())
         if of and of not in kinds:
             raise ArgumentError(f"of is {described(of)}; it is {choices(kinds)}")
-        return kinds[of or self._most_asked(drawn)](self._result, drawn, frames, **options)
+        kind = kinds[of or self._most_asked(drawn)]
+        return kind(self._result, drawn, frames, **self._titled(options))
 
     def orders(self, *columns: str, **options: Any) -> Figure:
         """Draw the amplitudes of columns over the orders of revolution.
@@ -403,7 +420,7 @@ class MotionPlot(Plot):
                     shown[f"{joint} {part}{'' if unique else ' *'}"] = component
                     opened |= set() if unique else {joint}
         note = self._note(columns, opened)
-        return order_spectrum(position, shown, unit=unit, note=note, **options)
+        return order_spectrum(position, shown, unit=unit, note=note, **self._titled(options))
 
     def _draw(
         self,
@@ -422,7 +439,8 @@ class MotionPlot(Plot):
         found = self._marked(list(names.values()))
         marked = [label for label, name in names.items() if name in found]
         note = self._note(list(names.values()), {name.rpartition(".")[0] for name in found})
-        return super()._draw(at, drawn, known, marked=marked, note=note, **options)
+        titled = self._titled(options)
+        return super()._draw(at, drawn, known, marked=marked, note=note, **titled)
 
     def _abscissa(
         self, x: Any, label: str, table: Table, known: Mapping[str, tuple[Array, str]]

@@ -213,7 +213,15 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
         f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {speed * _PER_MINUTE:.4g} 1/min"
     )
     swing = mode_sweep(scene, found.shape[0][:, mode])
-    return view(swing, moments=False, forces=False, traces=False, duration=4.0, title=title)
+    return view(
+        swing,
+        moments=False,
+        forces=False,
+        traces=False,
+        swings=scene.free,
+        duration=4.0,
+        title=title,
+    )
 
 
 def print_table(found: CriticalSpeeds) -> None:

@@ -578,6 +578,10 @@ def margins(
         length = float(np.clip(percent, -_MOST_ROOM, _MOST_ROOM))
         look = {"facecolor": "white" if missed else color, "hatch": "///" if missed else ""}
         axes.barh(place, length, 0.6, edgecolor=color, **look)
+        if _MOST_ROOM < abs(percent) < np.inf:
+            cut = {"facecolor": "white", "edgecolor": "none", "pad": 0.3}
+            middle = {"ha": "center", "va": "center", "fontsize": _SMALL}
+            axes.text(0.94 * length, place, "//", bbox=cut, **middle)
         axes.annotate(
             row.texts[HEADINGS.index("margin")],
             (length, place),
@@ -597,7 +601,7 @@ def margins(
     axes.set_ylim(len(rows) - 0.4, -0.6)
     least = min(0.0, 100.0 * _room(rows[0]))
     axes.set_xlim(max(least, -_MOST_ROOM) - 22.0 * (least < 0.0), _MOST_ROOM + 22.0)
-    axes.set_xlabel("room to the limit, as a part of it [%]")
+    axes.set_xlabel("room to the limit, as a part of it [%]; bars with // go on")
     axes.grid(visible=False, axis="y")
     return drawn.finish(title or f"{verdict.line}: {verdict.summary}")
 

@@ -307,7 +307,10 @@ class Body:
                 return Parts((rod_between(*tube),))
             if item.is_child:
                 return block(item.point, item.axis, rod)
-            return Parts((rail(item.point, item.axis, self._travel[item.joint], rod),))
+            # It begins where the body's rods end.
+            ends = self._travel[item.joint]
+            ends = ends._replace(low=min(ends.low, 0.0), high=max(ends.high, 0.0))
+            return Parts((rail(item.point, item.axis, ends, rod),))
         if item.kind == "cross" or (item.kind == "turn" and item.other in self._crosses):
             return Parts() if along or plate else yoke(item.point, item.axis, way, rod)
         if item.kind != "turn":
@@ -362,7 +365,7 @@ def telescope(
 
     The tube is the parent's: from its farthest joint on the axis it ends short of the least
     coordinate. The rod is the child's, and as long as the greatest one needs. None where the
-    joints of both come too close to each other for a tube.
+    joints of both come too close to each other for a tube, or part farther than the rod reaches.
     """
     if item.kind != "slide":
         return None
@@ -371,14 +374,14 @@ def telescope(
     if low + high + ahead - behind < 0.0:
         low, high, behind, ahead, sign = -high, -low, -behind, -ahead, -1.0
     least, greatest = low + ahead - behind, high + ahead - behind
-    if not is_free or least < _TELESCOPE * rod:
+    axis, tube, longest = sign * item.axis, 0.75 * least, 0.95 * least
+    if not is_free or least < _TELESCOPE * rod or greatest - tube > longest:
         return None
-    axis, tube = sign * item.axis, 0.75 * least
     if not item.is_child:
         start = item.point + behind * axis
         return start, start + tube * axis, _TUBE * rod
     start = item.point + ahead * axis
-    return start, start - min(greatest - tube + 2.0 * rod, 0.95 * least) * axis, rod
+    return start, start - min(greatest - tube + 2.0 * rod, longest) * axis, rod
 
 
 def bearing(

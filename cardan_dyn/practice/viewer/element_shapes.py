@@ -44,8 +44,6 @@ _SPIRAL_RADIUS, _PIN_RADIUS, _PIN_LENGTH = 0.12, 0.01, 0.05
 """Radius of a spiral; radius and half the length of the pin on the parent at which it ends when at
 rest."""
 _DRUM_RADIUS, _BRAKE_RADIUS, _PAD_SIZE = 0.1, 0.12, 0.05
-_ROD_RADIUS = 0.006
-"""Radius of the rod along which the pads of a slide rub."""
 _ROOM = 0.25
 """Least length of a coil along a slide."""
 ARC_RADIUS = 0.26
@@ -368,7 +366,7 @@ class JointDrawing:
         if axis.slides:
             low, high = float(np.min(axis.x)), float(np.max(axis.x))
             margin = 2.0 * _PAD_SIZE * radius
-            rod = forms.rod(_ROD_RADIUS * radius, low - margin, high + margin)
+            rod = forms.rod(_WIRE_RADIUS * radius, low - margin, high + margin)
             start = origin - axis.x[:, None] * axis.direction
             self._drawing.place(f"{path}/rod", Pose.of(start, axis.quaternion()))
             self._drawing.add(f"{path}/rod", mesh(rod), FRICTION)

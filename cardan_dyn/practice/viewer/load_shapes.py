@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from ...core.elements.link_loads import Wrench
 from ...core.elements.link_motions import LinkMotions
 from ...core.results.sweep import Sweep
-from ...kit.arrays import Array
+from ...figures.wrenches import PARTS
+from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ModelError
 from . import shapes as forms
 from .commands import Color, Drawing, Pose, mesh, node_name
-from .vectors import beside
+from .vectors import Vectors, beside
 
-_ARC_RADIUS = 0.16
-"""Radius of the arc of the greatest moment, as a fraction of the radius of the scene."""
-_DRIVE, _DRIVE_ARC, _BESIDE = 0.22, 0.17, 0.15
-"""Length of the arrow of a slide that is driven and of gravity, radius of the arc of a turn that is
-driven, and distance of gravity from the mechanism, likewise."""
+_ARC, _DRIVE, _BESIDE = 0.17, 0.22, 0.15
+"""Radius of the arc of a turn that is driven and of the greatest moment, length of the arrow of a
+slide that is driven and of gravity, and distance of gravity from the mechanism, as fractions of the
+radius of the scene."""
 _LEAST = 0.35
 """Least size of an arc or arrow, as a fraction of the greatest, so that its sense is seen."""
 
@@ -59,44 +62,77 @@ def draw_loads(
                 drawing.add(path, mesh(forms.arrow(forms.ARROW_RADIUS)), color)
                 points += [tail, at]
             else:
-                drawing.place(path, Pose.of(at, turn, share * _ARC_RADIUS * radius))
+                drawing.place(path, Pose.of(at, turn, share * _ARC * radius))
                 drawing.add(path, mesh(forms.arc_arrow()), color)
                 points.append(at)
     return np.concatenate(points)
 
 
-def draw_drives(
-    drawing: Drawing, sweep: Sweep, samples: Array, radius: float, color: Color
-) -> Array:
-    """Draw the sense in which each drive grows: an arc about its axis, or an arrow along it.
+def without_loads(
+    vectors: list[Vectors], sweep: Sweep, samples: Array, radius: float
+) -> list[Vectors]:
+    """Return vectors without the parts that are nothing but a load, which is drawn as such."""
+    loads = {
+        (sweep.mechanism.drivable[name].joint, PARTS[kind][0]): acting
+        for name, load in sweep.loads.items()
+        if not isinstance(load, Wrench)
+        for _, kind, _, acting in _acting(sweep, name, samples, radius)
+    }
 
-    The nodes are `/drive/NAME`, all of one size.
+    def is_load(joint: str, kind: str, part: Array) -> bool:
+        load = loads.get((joint, kind))
+        return load is not None and _greatest(part - load) <= NOTHING * _greatest(load)
+
+    return [
+        replace(
+            item,
+            parts={
+                kind: part
+                for kind, part in item.parts.items()
+                if not is_load(item.name, kind, part)
+            },
+        )
+        for item in vectors
+    ]
+
+
+def draw_drives(
+    drawing: Drawing,
+    sweep: Sweep,
+    samples: Array,
+    drives: Sequence[str],
+    radius: float,
+    color: Color,
+) -> Array:
+    """Draw the sense in which some drives grow: an arc about its axis, or an arrow along it.
+
+    The nodes are `/drive/NAME`. Arcs keep clear of each other, as far as their sense is still seen.
 
     Returns:
         Points `(n, 3)` that the camera has to see [m]; none where nothing was drawn.
     """
     points = [np.zeros((0, 3))]
-    for name in sweep.drives:
+    arcs: list[tuple[str, Array, Array]] = []
+    for name in drives:
         coordinate = sweep.mechanism.drivable[name]
-        joint = sweep.mechanism.joints[coordinate.joint]
-        try:
-            origin, rotation = (
-                sweep.origin(joint.name)[samples],
-                sweep.rotation(joint.name)[samples],
-            )
-        except ModelError:
+        found = _axis_of(sweep, name, samples, radius)
+        if found is None:
             continue
-        axis = rotation @ joint.axis if joint.nv == 1 else _direction(sweep, name, samples)
-        axis = np.broadcast_to(axis, origin.shape)
-        if not np.all(np.isfinite(origin)):
-            continue
-        along = beside(sweep.mechanism, joint, radius) * (rotation @ joint.axis)
-        path, turn = f"/drive/{node_name(name)}", forms.towards(axis)
-        length = (_DRIVE if coordinate.slides else _DRIVE_ARC) * radius
-        drawing.place(path, Pose.of(origin + along, turn, np.full(1, length)))
-        shape = forms.arrow(forms.ARROW_RADIUS) if coordinate.slides else forms.arc_arrow()
-        drawing.add(path, mesh(shape), color)
-        points += [origin + along + length * axis] if coordinate.slides else [origin + along]
+        (at, axis), path = found, f"/drive/{node_name(name)}"
+        turn = forms.towards(axis)
+        if coordinate.slides:
+            length = np.full(1, _DRIVE * radius)
+            drawing.place(path, Pose.of(at, turn, length))
+            drawing.add(path, mesh(forms.arrow(forms.ARROW_RADIUS)), color)
+            points.append(at + length * axis)
+        else:
+            arcs.append((path, at, turn))
+    for path, at, turn in arcs:
+        gaps = [_nearest(at, other) for name, other, _ in arcs if name != path]
+        size = np.clip(0.5 * min(gaps, default=radius) / radius, _LEAST * _ARC, _ARC)
+        drawing.place(path, Pose.of(at, turn, np.full(1, size * radius)))
+        drawing.add(path, mesh(forms.arc_arrow()), color)
+        points.append(at)
     return np.concatenate(points)
 
 
@@ -146,17 +182,25 @@ def _acting(
                 vector = np.einsum("...ij,...j->...i", link.rotation, vector)
             found.append((name, kind, at, np.broadcast_to(vector, at.shape)))
         return found if np.all(np.isfinite(at)) else []
-    coordinate = sweep.mechanism.drivable[name]
-    joint = sweep.mechanism.joints[coordinate.joint]
+    along = _axis_of(sweep, name, samples, radius)
+    if along is None:
+        return []
+    kind = "force" if sweep.mechanism.drivable[name].slides else "moment"
+    return [(name, kind, along[0], _of_samples(load, samples)[..., None] * along[1])]
+
+
+def _axis_of(sweep: Sweep, name: str, samples: Array, radius: float) -> tuple[Array, Array] | None:
+    """Return where a coordinate is drawn and its axis, `(n, 3)`; None if that is not known."""
+    joint = sweep.mechanism.joints[sweep.mechanism.drivable[name].joint]
     try:
         origin, rotation = sweep.origin(joint.name)[samples], sweep.rotation(joint.name)[samples]
     except ModelError:
-        return []
-    direction = rotation @ joint.axis if joint.nv == 1 else _direction(sweep, name, samples)
-    origin = origin + beside(sweep.mechanism, joint, radius) * (rotation @ joint.axis)
-    effort = _of_samples(load, samples)
-    vector = np.broadcast_to(effort[..., None] * direction, origin.shape)
-    return [(name, "force" if coordinate.slides else "moment", origin, vector)]
+        return None
+    if not np.all(np.isfinite(origin)):
+        return None
+    axis = rotation @ joint.axis if joint.nv == 1 else _direction(sweep, name, samples)
+    at = origin + beside(sweep.mechanism, joint, radius) * (rotation @ joint.axis)
+    return at, np.broadcast_to(axis, at.shape)
 
 
 def _direction(sweep: Sweep, name: str, samples: Array) -> Array:
@@ -174,6 +218,11 @@ def _of_samples(values: Array, samples: Array, trailing: int = 0) -> Array:
     """Return values `(..., trailing)` at samples, or those of all samples."""
     varies = values.ndim > trailing and len(values) > 1
     return np.asarray(values[samples] if varies else values)
+
+
+def _nearest(first: Array, second: Array) -> float:
+    """Return the least distance of two points `(n, 3)` that move."""
+    return float(np.min(np.linalg.norm(first - second, axis=-1)))
 
 
 def _greatest(vectors: Array) -> float:

@@ -43,8 +43,8 @@ def mode_sweep(
 ) -> Sweep:
     """Return a scene whose free coordinates swing as in a mode, larger than life.
 
-    `cd.view(mode_sweep(...), moments=False, forces=False)` shows it. The sweep is without inertia:
-    what its joints carry is what the springs exert.
+    `cd.view(mode_sweep(...), moments=False, forces=False, swings=scene.free)` shows it. The sweep
+    is without inertia: what its joints carry is what the springs exert.
 
     Args:
         scene: one drive that turns, and n free coordinates.

@@ -17,8 +17,10 @@ from ...core.results.sweep import Sweep
 from ...figures.wrenches import QUANTITIES, determined, together, values_of
 from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ModelError
-from .commands import Arrays, node_name
+from ...kit.quantities import amount, span
+from .commands import STEADY, Arrays, node_name
 from .still import Still
+from .vectors import slide
 
 SIGN = "Forces and moments are those that the parent exerts on the child."
 _TYPES = {"continuous": "revolute"}
@@ -28,8 +30,6 @@ _SHORT_WAY = 0.1
 _WITH_AXIS = ("torsion", "bending", "force", "axial", "shear")
 _WITHOUT = ("moment", "force")
 """Quantities that are told of joints with an axis, and of others."""
-_CLOSED = 1e-6
-"""How far the ends of a course may be apart for it to count as closed [rad, m]."""
 
 
 class Course(NamedTuple):
@@ -54,6 +54,7 @@ def readings(
     samples: Array,
     arrays: Arrays,
     along: Course,
+    swings: frozenset[str] = frozenset(),
 ) -> dict[str, Any]:
     """Return what the page tells, its arrays in `arrays`.
 
@@ -63,10 +64,12 @@ def readings(
         samples: `(n,)` indices of the samples that are shown.
         arrays: gets the numbers.
         along: what the slider goes along.
+        swings: coordinates that swing as in a mode.
     """
-    told = _Teller(sweep, samples, arrays)
+    told = _Teller(sweep, samples, arrays, swings)
     return {
         "sign": SIGN,
+        "mode": told.mode(),
         "course": {
             "name": along.name,
             "unit": along.unit,
@@ -105,7 +108,7 @@ def course(sweep: Sweep | Still, samples: Array, *, timed: bool) -> Course:
     if np.all(np.diff(time) > 0.0):
         return Course("time", "s", time, time - time[0])
     share = np.linspace(0.0, 1.0, len(samples))
-    if np.max(np.abs(positions[-1] - positions[0])) < _CLOSED:
+    if np.max(np.abs(positions[-1] - positions[0])) < STEADY:
         return Course("phase", "°", 360.0 * share, None)
     return Course("course", "%", 100.0 * share, None)
 
@@ -130,9 +133,14 @@ def _scale(mechanism: Mechanism, coordinate: str, positions: Array) -> tuple[str
 class _Teller:
     """Tells the state of a sweep and the numbers of its joints at some samples."""
 
-    def __init__(self, sweep: Sweep | Still, samples: Array, arrays: Arrays) -> None:
+    def __init__(
+        self, sweep: Sweep | Still, samples: Array, arrays: Arrays, swings: frozenset[str]
+    ) -> None:
         self._sweep, self._samples, self._arrays = sweep, samples, arrays
         self._mechanism = sweep.mechanism
+        self._swings = swings
+        links = reversed(list(self._mechanism.links.items()))
+        self._first = {body: name for name, (body, _) in links}
         self._loops = {loop.joint for loop in self._mechanism.loops}
         wrenches = [sweep[name] for name in sweep.outputs]
         force = max((_greatest(item.force) for item in wrenches), default=0.0)
@@ -153,6 +161,7 @@ class _Teller:
         speeds = np.reshape(sweep.speed, (len(sweep), -1))
         for column, name in enumerate(sweep.coordinates):
             kind = "free" if name in sweep.free else "drive"
+            kind = "swing" if name in self._swings else kind
             unit, factor = _scale(self._mechanism, name, positions[self._samples, column])
             rows.append(self._row(kind, name, factor * positions[:, column], unit))
             if np.any(speeds[:, column]):
@@ -179,6 +188,22 @@ class _Teller:
             rows.append(self._row("gravity", "", size, "m/s²"))
         return rows
 
+    def mode(self) -> str:
+        """Return how large a mode is drawn, in words; empty of what is none."""
+        sizes = []
+        for name in self._swings:
+            way = self._sweep.motion.position(name)[self._samples]
+            if np.ptp(way):
+                unit, factor = _scale(self._mechanism, name, way)
+                sizes.append((0.5 * factor * float(np.ptp(way)), unit, name))
+        if not sizes:
+            return ""
+        size, unit, name = max(sizes)
+        return (
+            f"Mode shape, drawn larger than life: {name} swings by {amount(size, unit)} to both "
+            "sides. A mode has a shape and a frequency, and no size of its own."
+        )
+
     def _row(self, kind: str, name: str, values: Array, unit: str) -> dict[str, Any]:
         row: dict[str, Any] = {"kind": kind, "name": name, "unit": unit}
         if values.ndim and len(values) > 1 and np.ptp(values) > 0.0:
@@ -197,9 +222,11 @@ class _Teller:
             "parent": parent,
             "child": child,
             "open": "",
+            "stroke": self._stroke(joint),
             "series": [],
         }
-        if isinstance(self._sweep, Sweep):
+        # What joints carry is as much larger than life as a mode is.
+        if isinstance(self._sweep, Sweep) and not self._swings:
             wrench = self._sweep[name]
             if not np.all(wrench.unique):
                 opened = named_components(~wrench.unique)
@@ -212,21 +239,20 @@ class _Teller:
             told["series"] = [self._one(*item) for item in (*parts, *self._efforts(joint))]
         return told
 
+    def _stroke(self, joint: Joint) -> str:
+        """Return between which positions a joint slides along its axis, in words."""
+        way = slide(self._sweep, joint, self._samples)
+        return span(np.min(way), np.max(way), "m") if np.ptp(way) else ""
+
     def links(self) -> list[dict[str, Any]]:
         """Return names of links, and the nodes under which their shapes are."""
-        first: dict[int, str] = {}
-        for name, (body, _) in self._mechanism.links.items():
-            first.setdefault(body, name)
         return [
-            {"name": name, "node": node_name(name), "body": node_name(first[body])}
+            {"name": name, "node": node_name(name), "body": node_name(self._first[body])}
             for name, (body, _) in self._mechanism.links.items()
         ]
 
     def _ends(self, joint: Joint) -> tuple[str, str]:
         """Return the links that a joint connects, by the first link of each body."""
-        names: dict[int, str] = {}
-        for name, (body, _) in self._mechanism.links.items():
-            names.setdefault(body, name)
         if joint.name in self._loops:
             (loop,) = (item for item in self._mechanism.loops if item.joint == joint.name)
             child, parent = loop.successor, loop.predecessor
@@ -234,7 +260,7 @@ class _Teller:
                 parent = int(self._mechanism.model.parents[joint.parts[0].id])
         else:
             child, parent = joint.id, int(self._mechanism.model.parents[joint.parts[0].id])
-        return names.get(parent, ""), names.get(child, "")
+        return self._first.get(parent, ""), self._first.get(child, "")
 
     def _efforts(self, joint: Joint) -> list[tuple[str, str, Array, bool]]:
         """Return what drives or holds a joint."""

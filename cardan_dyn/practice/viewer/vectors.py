@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,16 +10,18 @@ import numpy as np
 from ...core.mechanism.joints import Joint
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.sweep import Sweep
+from ...core.results.wrench import WITHOUT_AXIS
+from ...figures.wrenches import PARTS
 from ...kit.arrays import NOTHING, Array
+from .commands import STEADY
 from .still import Still
 
 _APART = 0.14
 """Least distance of two joints' moments, as a fraction of the radius of the scene."""
-_APART_ENOUGH = 0.99
-"""Fraction of that distance that still counts: a gap of exactly one step must not fail by
-rounding."""
-_TURNING = 1e-6
-"""Change of an angle [rad] above which a joint turns: far beyond rounding, not to be seen."""
+_STANDING_OUT = 3.0
+"""How often greater than is usual the greatest arrow may be without hiding others."""
+SLIDES = frozenset({"prismatic", "cylindrical"})
+"""Types of joints that slide along their axis."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +37,10 @@ class Vectors:
             centre of mass of its child, as several joints may share one origin. A moment is the
             same everywhere on a body.
         force: `(N, 3)` [N].
-        torsion: `(N, 3)` part of the moment along the axis [N·m].
-        bending: `(N, 3)` part of the moment across it [N·m].
         moment: `(N, 3)` whole moment in the axes of the joint, which turn with its child [N·m].
+        parts: what is drawn of both by its name: `torsion` and `axial` along the axis, `bending`
+            and `shear` across it, all `(N, 3)` [N·m, N]; `force` of a joint without an axis.
+        slide: `(N,)` position of the child along the axis [m]; zero where it does not slide.
         turns: whether the child turns about its axis in a parent that stands still.
     """
 
@@ -46,9 +50,9 @@ class Vectors:
     rotation: Array
     anchor: Array
     force: Array
-    torsion: Array
-    bending: Array
     moment: Array
+    parts: Mapping[str, Array]
+    slide: Array
     turns: bool
 
     @property
@@ -83,7 +87,13 @@ def collect(
         wrench = sweep[name]
         moment, force = wrench.moment[samples], wrench.force[samples]
         axis = np.broadcast_to(rotation @ joint.axis, origin.shape)
-        along = np.sum(moment * joint.axis, axis=1)[:, None] * joint.axis
+        parts = {
+            name: _turned(rotation, values)
+            for whole, names in ((moment, PARTS["moment"]), (force, PARTS["force"]))
+            for name, values in zip(names, _divided(whole, joint.axis), strict=True)
+        }
+        if joint.type in WITHOUT_AXIS:
+            parts = {"force": _turned(rotation, force), "bending": _turned(rotation, moment)}
         offset = _free(origin[0], axis[0], beside(sweep.mechanism, joint, radius), starts, radius)
         starts.append(origin[0] + offset * axis[0])
         vectors.append(
@@ -94,13 +104,41 @@ def collect(
                 rotation=rotation,
                 anchor=origin + offset * axis,
                 force=_turned(rotation, force),
-                torsion=_turned(rotation, along),
-                bending=_turned(rotation, moment - along),
                 moment=moment,
+                parts=parts,
+                slide=slide(sweep, joint, samples),
                 turns=_turns(sweep, joint, samples),
             )
         )
     return vectors
+
+
+def legible(wholes: Iterable[Array]) -> float:
+    """Return the size of the longest arrow: the greatest, unless it hides the others.
+
+    That is where it stands out from what is reached in nine tenths of the positions.
+
+    Args:
+        wholes: vectors `(N, 3)` of several joints.
+    """
+    sizes = np.max([np.linalg.norm(vectors, axis=1) for vectors in wholes], axis=0)
+    greatest = float(np.max(sizes))
+    usual = float(np.quantile(sizes, 0.9))
+    return min(greatest, _STANDING_OUT * usual) if usual > NOTHING * greatest else greatest
+
+
+def _divided(vectors: Array, axis: Array) -> tuple[Array, Array]:
+    """Return what of vectors `(N, 3)` is along and across an axis `(3,)`."""
+    along = np.outer(vectors @ axis, axis)
+    return along, vectors - along
+
+
+def slide(sweep: Sweep | Still, joint: Joint, samples: Array) -> Array:
+    """Return where a joint's child is along its axis `(N,)` [m]; zeros where it does not slide."""
+    for name, item in sweep.mechanism.drivable.items():
+        if item.joint == joint.name and item.slides and joint.type in SLIDES:
+            return np.asarray(sweep.motion.position(name)[samples])
+    return np.zeros(len(samples))
 
 
 def beside(mechanism: Mechanism, joint: Joint, radius: float) -> float:
@@ -125,7 +163,7 @@ def _free(origin: Array, axis: Array, offset: float, taken: list[Array], radius:
     for step in (0, 1, -1, 2, -2, 3, -3):
         candidate = offset + step * _APART * radius
         gaps = [np.linalg.norm(origin + candidate * axis - point) for point in taken]
-        if min(gaps, default=radius) > _APART_ENOUGH * _APART * radius:
+        if min(gaps, default=radius) > (1.0 - NOTHING) * _APART * radius:
             return candidate
     return offset
 
@@ -145,7 +183,7 @@ def _turns(sweep: Sweep | Still, joint: Joint, samples: Array) -> bool:
             return False
         if np.any(np.ptp(sweep.rotation(carrier.name)[samples], axis=0) > NOTHING):
             return False
-    return float(np.ptp(angle)) > _TURNING
+    return float(np.ptp(angle)) > STEADY
 
 
 def _turned(rotation: Array, vectors: Array) -> Array:

@@ -52,6 +52,7 @@ def view(
     traces: bool = True,
     labels: bool = True,
     elements: bool | Sequence[Element] = True,
+    swings: Sequence[str] = (),
     duration: float | None = None,
     frames: int = 1440,
     title: str | None = None,
@@ -77,6 +78,8 @@ def view(
         elements: draw the force elements of the scene: springs and dampers, bushings, brakes for
             dry friction, and actuators by arrows as great as their efforts. Of a configuration,
             which has none, those that are listed here.
+        swings: coordinates that swing as in a mode, whose size is chosen to be seen, as in
+            `mode_sweep`; the page says so, and draws no drive there.
         duration: time in which the sweep is shown once [s]; if not given, its own where it has one
             that can be followed (2 to 60 s), else 8 s. The page can change it.
         frames: greatest number of samples that are shown, chosen evenly.
@@ -100,11 +103,12 @@ def view(
     shown = _checked_joints(shot, joints)
     count = min(len(shot), frames)
     samples = np.unique(np.linspace(0, len(shot) - 1, count).round().astype(int))
+    swings = names("swings", swings)
     loads = moments or forces
     parts = Parts(visuals, moments, forces, axes, traces, labels, elements is not False, loads)
-    scenery, arrays = build(shot, shown, parts, samples), Arrays()
+    scenery, arrays = build(shot, shown, parts, samples, frozenset(swings)), Arrays()
     along = course(shot, samples, timed=isinstance(sweep, Trajectory))
-    told = readings(shot, shown, samples, arrays, along)
+    told = readings(shot, shown, samples, arrays, along, frozenset(swings))
     told["duration"] = _duration(along) if duration is None else duration
     return View(render(scenery, title or shot.mechanism.name, told, arrays))
 

@@ -56,7 +56,7 @@ def test_arrows_of_what_does_not_strike_are_dashed() -> None:
     assert found["piston_pin"].impacts == 2 and found["crank_pin"].impacts == 0
 
 
-@pytest.mark.parametrize(("joints", "plane"), [("needle", None), ("needle_pin", "xz")])
+@pytest.mark.parametrize(("joints", "plane"), [("needle", None), ("needle_pin", "xx")])
 def test_bad_input(scanned: Scan, joints: str, plane: Any) -> None:
     with pytest.raises(cd.CardanError):
         drawing.force_reversals(scanned, joints, plane=plane)

@@ -173,10 +173,12 @@ def test_a_mechanism_without_forces_is_drawn(joint_without_load: cd.Sweep, tmp_p
 def test_wrong_names_are_refused(joint_turn: cd.Sweep) -> None:
     with pytest.raises(cd.ArgumentError, match="frame 'fixed' is unknown"):
         figures.moment_polar(joint_turn, "bearing_in", "fixed")
-    with pytest.raises(cd.ArgumentError, match="plane 'xz' is unknown; planes: xy, yz, zx"):
-        figures.moment_polar(joint_turn, "bearing_in", plane="xz")
-    with pytest.raises(cd.ArgumentError, match="plane 'xz' is unknown"):
-        figures.forces_in_place(joint_turn, ["bearing_in"], [], size=0.1, plane="xz")
+    with pytest.raises(
+        cd.ArgumentError, match="plane 'xx' is unknown; planes: xy, xz, yx, yz, zx, zy"
+    ):
+        figures.moment_polar(joint_turn, "bearing_in", plane="xx")
+    with pytest.raises(cd.ArgumentError, match="plane 'xx' is unknown"):
+        figures.forces_in_place(joint_turn, ["bearing_in"], [], size=0.1, plane="xx")
     with pytest.raises(cd.ModelError, match="bearing_on"):
         figures.force_polar(joint_turn, "bearing_on")
 

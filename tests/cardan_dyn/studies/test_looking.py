@@ -168,7 +168,7 @@ def test_what_cannot_be_drawn_is_said(grid: studies.Study) -> None:
 def test_figures_say_what_they_show_and_where(grid: studies.Study) -> None:
     data = grid.dataset
     figure = studies.plot_contours(data, "force", x="length", y="count", angle=0.3, limit=4.0)
-    assert figure.axes[0].get_title() == "force [N], angle = 17.19°, limit 4"
+    assert figure.axes[0].get_title() == "force [N], angle = 17.19°, limit 4 N"
     figure = studies.plot_map(data, "force", x="angle", y="count", length=1.4)
     assert figure.axes[0].get_title() == "length = 1.5 m"
     labels = [
@@ -193,12 +193,12 @@ def test_limits_beyond_all_values_are_said_and_hatched(grid: studies.Study) -> N
     area = 2.0 * 2.0
     assert hatched(0.5) == (
         pytest.approx(area),
-        "force [N], angle = 0°, limit 0.5 exceeded everywhere",
+        "force [N], angle = 0°, limit 0.5 N exceeded everywhere",
     )
     assert hatched(100.0) == (0.0, "force [N], angle = 0°, limit 100 nowhere exceeded")
     part, title = hatched(4.0)
     assert 0.0 < part < area
-    assert title == "force [N], angle = 0°, limit 4"
+    assert title == "force [N], angle = 0°, limit 4 N"
 
 
 def test_dimensions_whose_names_are_no_arguments_are_named_as_they_are_given() -> None:
@@ -288,7 +288,7 @@ def test_cases_without_a_result_are_counted_in_every_figure(grid: studies.Study)
     # Some cells have none: nobody knows whether these exceed a limit.
     for limit, words in ((0.5, "exceeded everywhere"), (100.0, "nowhere exceeded")):
         figure = studies.plot_map(data, "force", x="angle", y="length", count=2.0, limit=limit)
-        assert f"limit {limit:g} {words} where there is a result" in figure.axes[0].get_title()
+        assert f"limit {limit:g} N {words} where there is a result" in figure.axes[0].get_title()
 
 
 def test_sobol_indices_are_refused_where_a_case_is_missing() -> None:

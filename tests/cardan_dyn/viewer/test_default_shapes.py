@@ -180,6 +180,11 @@ def test_a_slide_near_its_origin_is_a_block_on_a_rail() -> None:
     backwards = {"s": travel_of(item, [item], [item], (-0.5, -0.3), ROD)}
     tube = telescope(item, backwards, ROD)
     assert tube is not None and tube[1][0] == pytest.approx(-0.75 * 0.3)
+    # The rod would leave the tube on so long a way.
+    far = {"s": travel_of(item, [item], [item], (0.3, 0.6), ROD)}
+    assert telescope(item, far, ROD) is None
+    low, high = extent([item, attachment("turn", (0, 0.2, 0))], travel=far)
+    assert low[0] < 0.0 and high[0] == pytest.approx(0.6 + 5.2 * ROD)
 
 
 @pytest.mark.parametrize("kind", ["turn", "slide", "ball", "cross"])

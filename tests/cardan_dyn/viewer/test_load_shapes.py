@@ -11,7 +11,7 @@ from testkit.drawn import placed
 
 import cardan_dyn as cd
 from cardan_dyn.practice.viewer.commands import Color, Drawing
-from cardan_dyn.practice.viewer.load_shapes import draw_loads
+from cardan_dyn.practice.viewer.load_shapes import draw_drives, draw_loads
 
 RED = Color.of("#b71c1c")
 SAMPLES = np.arange(5)
@@ -80,3 +80,19 @@ def test_a_load_that_varies_changes_its_sense() -> None:
     np.testing.assert_allclose(z, [1.0, 1.0, 1.0, -1.0, -1.0], atol=1e-12)
     # Small ones are drawn large enough for their sense to be seen, and none not at all.
     np.testing.assert_allclose(pose.scale / pose.scale[-1], [0.5, 0.35, 0.0, 0.35, 1.0], atol=1e-4)
+
+
+def test_the_arcs_of_drives_close_to_each_other_are_smaller() -> None:
+    """They do not bury a robot: those of three joints, two of them half as far apart as usual."""
+    joints = "".join(
+        f'<link name="l{number}"/><joint name="j{number}" type="continuous">'
+        f'<parent link="l{number - 1}"/><child link="l{number}"/><origin xyz="{x} 0 0"/></joint>'
+        for number, x in ((1, 0.0), (2, 1.0), (3, 0.15))
+    )
+    robot = cd.load(f'<robot name="robot"><link name="l0"/>{joints}</robot>')
+    turn = cd.Scene(robot, drive=["j1", "j2", "j3"]).sweep(np.zeros((3, 3)))
+    drawing = Drawing(1.0)
+    draw_drives(drawing, turn, np.arange(3), turn.drives, 1.0, RED)
+    alone, one, other = (float(drawing.nodes[f"/drive/j{n}"].scale[0]) for n in (1, 2, 3))
+    assert one == other == pytest.approx(0.075)
+    assert alone > 2.0 * one

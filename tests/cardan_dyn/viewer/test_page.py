@@ -22,7 +22,7 @@ def scenery(label: str) -> Scenery:
     drawing = Drawing(1.0)
     drawing.label("/labels/a", label, Color.of("#000000"), Pose.of(np.zeros(3)))
     points = np.array([[0.123456789, 0.0, 1.0]])
-    scale = Scale("moment", "N·m", 20.0, 7.0, "#123456")
+    scale = Scale("moment", "N·m", 20.0, None)
     return Scenery(drawing, (Meaning("#abcdef", "a meaning", "axes"),), (scale,), points)
 
 

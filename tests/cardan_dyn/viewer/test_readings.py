@@ -173,6 +173,38 @@ def test_a_ball_has_sizes_alone() -> None:
     assert [item["name"] for item in joints[ball]["series"]] == ["moment", "force"]
 
 
+def test_a_slide_tells_its_stroke() -> None:
+    turn = cd.Scene(cd.load("slider_crank"), drive="crank_bearing").sweep(
+        np.linspace(0.0, 6.28, 63)
+    )
+    strokes = {item["name"]: item["stroke"] for item in told(turn)["joints"]}
+    ends = turn.motion.position("piston_guide")
+    low, high = (f"{1e3 * end:.4g}" for end in (np.min(ends), np.max(ends)))
+    assert strokes.pop("piston_guide") == f"{low} … {high} mm"
+    assert set(strokes.values()) == {""}
+
+
+def test_a_mode_says_how_large_it_is_drawn() -> None:
+    from testkit import elastic_rigs
+
+    rig = elastic_rigs.scene(elastic_rigs.elastic_rig(), 0.2)
+    swing = mode_sweep(rig, [1.0, 0.5j], size=0.05, samples=37)
+    data = readings(
+        swing,
+        swing.outputs,
+        np.arange(37),
+        Arrays(),
+        course(swing, np.arange(37), timed=False),
+        set(rig.free),
+    )
+    assert "tilt_z swings by 2.865° to both sides" in data["mode"]
+    assert "no size of its own" in data["mode"]
+    kinds = {row["name"]: row["kind"] for row in data["state"] if row["kind"] in ("drive", "swing")}
+    assert kinds == {"bearing_in": "drive", "tilt_z": "swing", "tilt_y": "swing"}
+    assert not any(joint["series"] for joint in data["joints"])
+    assert told(swing)["mode"] == "" and any(item["series"] for item in told(swing)["joints"])
+
+
 def test_a_mode_is_shown_over_its_phase() -> None:
     from testkit import elastic_rigs
 

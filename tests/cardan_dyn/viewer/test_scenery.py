@@ -16,9 +16,9 @@ from testkit.kinematics import at_zero
 import cardan_dyn as cd
 from cardan_dyn.practice.viewer.scenery import (
     BENDING,
-    FORCE,
     LOAD,
     LOOP,
+    SHEAR,
     TORSION,
     Parts,
     Scenery,
@@ -68,12 +68,62 @@ def test_forces_are_drawn_where_there_are_any(loaded_turn: cd.Sweep) -> None:
         np.linspace(0.0, 6.0, 25), speed=10.0
     )
     moving = scenery(turn, only_forces)
-    assert roots(moving) == {*BODIES, "force"}
-    assert moving.legend == ((FORCE.css, "force, at the joint", "force"),)
-    greatest = max(np.max(np.linalg.norm(turn[name].force, axis=1)) for name in turn)
+    assert roots(moving) == {*BODIES, "axial", "shear"}
+    assert moving.legend[1] == (SHEAR.css, "shear: force across the joint axis", "shear")
     (scale,) = moving.scales
-    assert (scale.kind, scale.unit, scale.color) == ("force", "N", FORCE.css)
-    assert scale.greatest == pytest.approx(greatest)
+    assert (scale.kind, scale.unit, scale.longest) == ("force", "N", None)
+    name = max(turn, key=lambda name: np.max(turn[name].shear))
+    greatest = np.max(moving.drawing.nodes[f"/shear/{name}"].scale)
+    assert greatest * scale.per_metre == pytest.approx(np.max(turn[name].shear))
+
+
+def test_arrows_beyond_what_is_usual_are_cut_and_their_scale_says_so() -> None:
+    """Near a dead point of the rocker the forces grow beyond all bounds."""
+    scene = cd.Scene(cd.load("four_bar"), drive="rocker_bearing", loads={"crank_bearing": -20.0})
+    low, high = scene.motion_range()
+    turn = scene.sweep(np.linspace(low + 1e-6 * (high - low), high - 1e-6 * (high - low), 25))
+    drawn = scenery(turn, dataclasses.replace(NONE, forces=True))
+    (scale,) = drawn.scales
+    force = turn["crank_bearing"].shear
+    assert scale.longest is not None and 50.0 * scale.longest < np.max(force)
+    lengths = drawn.drawing.nodes["/shear/crank_bearing"].scale
+    expected = np.minimum(force, scale.longest) / scale.per_metre
+    np.testing.assert_allclose(lengths, expected, rtol=1e-6)
+
+
+def test_a_load_is_not_drawn_again_as_what_its_joint_carries() -> None:
+    """The moment about the axis of a pin without friction is the load on it, and no more."""
+    bar = cd.load("four_bar")
+    friction = cd.JointFriction("rocker_bearing", 1.0)
+    for elements, expected in (([], False), ([friction], True)):
+        scene = cd.Scene(
+            bar, drive="crank_bearing", loads={"rocker_bearing": -20.0}, elements=elements
+        )
+        turn = scene.sweep(np.linspace(0.0, 6.0, 25), speed=10.0)
+        nodes = scenery(turn, Parts()).drawing.nodes
+        assert "/loads/rocker_bearing moment" in nodes and "/torsion/crank_bearing" in nodes
+        assert ("/torsion/rocker_bearing" in nodes) == expected
+    alone = scenery(turn, Parts(loads=False)).drawing.nodes
+    assert "/torsion/rocker_bearing" in alone
+
+
+def test_the_axis_of_a_slide_is_its_stroke() -> None:
+    turn = cd.Scene(cd.load("slider_crank"), drive="crank_bearing").sweep(np.linspace(0.0, 6.0, 25))
+    drawn = scenery(turn, dataclasses.replace(NONE, axes=True)).drawing
+    surfaces = [item for item in drawn.objects if item.path.startswith("/axes/piston_guide/")]
+    assert [item.path.rpartition("/")[2] for item in surfaces] == ["line", "end 0", "end 1"]
+    position = turn.motion.position("piston_guide")
+    ends = [item.placement[2, 3] for item in surfaces[1:]]
+    assert ends == pytest.approx([np.min(position), np.max(position)])
+    places = drawn.nodes["/axes/piston_guide"].position
+    assert np.ptp(places, axis=0) == pytest.approx(0.0, abs=1e-12)  # It stays with the guide.
+
+
+def test_what_swings_as_in_a_mode_is_not_drawn_as_driven(loaded_turn: cd.Sweep) -> None:
+    parts = dataclasses.replace(NONE, loads=True)
+    samples = np.arange(len(loaded_turn))
+    swinging = build(loaded_turn, (), parts, samples, frozenset({"bearing_in"}))
+    assert "drive" not in roots(swinging) and "drive" in roots(scenery(loaded_turn, parts))
 
 
 def test_the_rounding_of_moments_is_not_drawn_beside_forces() -> None:
@@ -91,7 +141,7 @@ def test_the_rounding_of_moments_is_not_drawn_beside_forces() -> None:
     turn = cd.Scene(mechanism, drive="guide", gravity=down).sweep(np.linspace(0.0, 1.0, 25))
     assert 0.0 < np.max(np.abs(turn["guide"].moment)) < 1e-12
     drawn = scenery(turn, dataclasses.replace(NONE, forces=True, moments=True))
-    assert roots(drawn) == {*BODIES, "force"}
+    assert roots(drawn) == {*BODIES, "axial"}
 
 
 def test_legend_names_what_is_drawn(loaded_turn: cd.Sweep) -> None:
@@ -112,10 +162,8 @@ def test_legend_names_what_is_drawn(loaded_turn: cd.Sweep) -> None:
 def test_arrows_are_as_long_as_their_scale_says(loaded_turn: cd.Sweep) -> None:
     scene = scenery(loaded_turn, Parts(traces=False))
     (scale,) = (item for item in scene.scales if item.kind == "moment")
-    for name in ("bearing_in", "bearing_out"):
-        torsion = abs(loaded_turn[name].torsion[0])
-        (length,) = np.unique(placed(scene.drawing, f"/torsion/{name}")["scale"])
-        assert length * scale.per_metre == pytest.approx(torsion)
+    (length,) = np.unique(placed(scene.drawing, "/torsion/bearing_in")["scale"])
+    assert length * scale.per_metre == pytest.approx(abs(loaded_turn["bearing_in"].torsion[0]))
 
 
 def test_the_camera_sees_arrows_and_axes(loaded_turn: cd.Sweep) -> None:

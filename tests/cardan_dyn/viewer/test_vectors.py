@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.practice.viewer.vectors import Vectors, collect
+from cardan_dyn.practice.viewer.vectors import Vectors, collect, legible
 
 SAMPLES = np.arange(0, 25, 2)
 RADIUS = 0.5
@@ -25,12 +25,42 @@ def test_torsion_and_bending_make_up_the_moment(
     for name, item in vectors.items():
         in_world = loaded_turn.wrench(name, "world")
         np.testing.assert_allclose(
-            item.torsion + item.bending, in_world.moment[SAMPLES], atol=1e-12
+            item.parts["torsion"] + item.parts["bending"], in_world.moment[SAMPLES], atol=1e-12
         )
         np.testing.assert_allclose(item.force, in_world.force[SAMPLES], atol=1e-12)
-        np.testing.assert_allclose(np.sum(item.bending * item.axis, axis=1), 0.0, atol=1e-12)
-        np.testing.assert_allclose(np.cross(item.torsion, item.axis), 0.0, atol=1e-12)
+        for along, across in (("torsion", "bending"), ("axial", "shear")):
+            beside = np.sum(item.parts[across] * item.axis, axis=1)
+            np.testing.assert_allclose(beside, 0.0, atol=1e-12)
+            np.testing.assert_allclose(np.cross(item.parts[along], item.axis), 0.0, atol=1e-12)
         np.testing.assert_allclose(item.moment, loaded_turn[name].moment[SAMPLES])
+
+
+def test_axial_and_shear_make_up_the_force_and_a_ball_has_it_whole() -> None:
+    mechanism = cd.load("stewart_platform")
+    legs = [name for name in mechanism.joints if name.startswith("leg_")]
+    turn = cd.Scene(mechanism, drive=legs, gravity=(0.0, 0.0, -9.81)).sweep(np.zeros((3, 6)))
+    kinds = set()
+    for item in collect(turn, turn.outputs, np.arange(3), RADIUS):
+        whole = turn.wrench(item.name, "world").force
+        if mechanism.joints[item.name].type == "spherical":
+            assert set(item.parts) == {"force", "bending"}
+            np.testing.assert_allclose(item.parts["force"], whole, atol=1e-9)
+        else:
+            np.testing.assert_allclose(item.parts["axial"] + item.parts["shear"], whole, atol=1e-9)
+        kinds |= set(item.parts)
+    assert kinds == {"torsion", "bending", "axial", "shear", "force"}
+
+
+def test_a_peak_that_stands_alone_does_not_hide_the_other_arrows() -> None:
+    calm, none = np.full((20, 3), [3.0, 0.0, 4.0]), np.zeros((20, 3))
+    assert legible([calm, none]) == 5.0
+    twice, lonely, short = calm.copy(), calm.copy(), none.copy()
+    twice[7] *= 2.0
+    lonely[7] *= 1e6
+    short[7] = calm[7]
+    assert legible([none, twice]) == 10.0
+    assert legible([lonely, none]) == pytest.approx(15.0)
+    assert legible([none, short]) == 5.0  # Nothing else is there that it could hide.
 
 
 def test_greatest_sizes(vectors: dict[str, Vectors]) -> None:

@@ -138,10 +138,14 @@ def test_frames_are_chosen_evenly_and_shown_in_the_duration(
     build = viewing.build
 
     def recorded(
-        sweep: cd.Sweep, names: tuple[str, ...], parts: Parts, samples: np.ndarray
+        sweep: cd.Sweep,
+        names: tuple[str, ...],
+        parts: Parts,
+        samples: np.ndarray,
+        swings: frozenset[str],
     ) -> Scenery:
         chosen.append(samples)
-        return build(sweep, names[:1], parts, samples)
+        return build(sweep, names[:1], parts, samples, swings)
 
     monkeypatch.setattr(viewing, "build", recorded)
     page = cd.view(joint_turn, frames=frames, duration=3.0).html

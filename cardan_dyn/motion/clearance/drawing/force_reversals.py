@@ -49,7 +49,8 @@ def force_reversals(
         scanned: from `clearance.scan`.
         joints: one or several of it, of universal joints each bearing; all in the order of their
             peaks if None.
-        plane: `xy`, `yz` or `zx`, instead of the plane most nearly across each pin.
+        plane: the axes across and up, such as `zx`, instead of `xy`, `yz` or `xz`, which is most
+            nearly across each pin.
         title: of the figure.
         ax: axes to be drawn into instead of a new figure, one for each bearing.
         figsize: width and height of a new figure [inch].

@@ -87,13 +87,23 @@ function setSharpness(value) {
   renderer.setSize(size.width, size.height, false);
 }
 
+const tangent = Math.tan(OPENING * Math.PI / 360);
+function project(lens) {
+  camera = lens;
+  camera.add(...lights);
+  document.getElementById("lens").setAttribute("aria-pressed", String(camera === parallel));
+}
+
 function placeCamera() {
   const { azimuth, elevation, distance, target } = orbit;
+  const high = tangent * distance, wide = high * size.width / size.height;
+  perspective.aspect = size.width / size.height;
+  Object.assign(parallel, { left: -wide, right: wide, top: high, bottom: -high });
   camera.position.set(
     Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth),
     Math.sin(elevation),
   ).multiplyScalar(distance).add(target);
-  camera.near = distance / 200;
+  camera.near = distance / 200 - (camera === parallel ? 50 * radius : 0);
   camera.far = distance * 50;
   camera.lookAt(target);
   camera.updateProjectionMatrix();
@@ -116,7 +126,8 @@ function bestDirection() {
 const VIEWS = {
   front: [0, -1, 0], side: [1, 0, 0], top: [0, -1e-4, 1], isometric: [1, -1, 0.8165],
 };
-function lookFrom(direction) {
+function lookFrom(direction, lens) {
+  project(lens);
   const at = new THREE.Vector3(...direction).normalize();
   orbit.azimuth = Math.atan2(at.y, at.x);
   orbit.elevation = Math.asin(at.z);
@@ -132,7 +143,6 @@ function fit() {
   const right = new THREE.Vector3(-Math.sin(azimuth), Math.cos(azimuth), 0);
   const up = back.clone().cross(right);
   const points = data.points.map((at) => new THREE.Vector3(...at));
-  const tangent = Math.tan(camera.fov * Math.PI / 360);
   // What buttons and scales cover is left free.
   const top = 44, bottom = document.getElementById("transport").offsetHeight + 10;
   const high = Math.max(size.height - top - bottom, 60);
@@ -142,7 +152,7 @@ function fit() {
   const span = (axis, slope) => {
     let most = -Infinity, least = -Infinity;
     for (const point of points) {
-      const across = point.dot(axis), depth = slope * point.dot(back);
+      const across = point.dot(axis), depth = camera === parallel ? 0 : slope * point.dot(back);
       most = Math.max(most, across + depth);
       least = Math.max(least, -across + depth);
     }
@@ -151,7 +161,7 @@ function fit() {
   const [wide, tall] = [span(right, slopes[0]), span(up, slopes[1])];
   const reach = Math.max(wide.distance, tall.distance);
   const depth = middle.getCenter(new THREE.Vector3()).dot(back);
-  orbit.distance = Math.max(reach - depth, 1e-3 * radius);
+  orbit.distance = Math.max(reach - (camera === parallel ? 0 : depth), 1e-3 * radius);
   orbit.target.copy(right).multiplyScalar(wide.middle).addScaledVector(up, tall.middle)
     .addScaledVector(back, depth);
   // The middle of what is free is not the middle of the window.
@@ -163,7 +173,6 @@ function fit() {
 function resize() {
   size.width = Math.max(view.clientWidth, 1);
   size.height = Math.max(view.clientHeight, 1);
-  camera.aspect = size.width / size.height;
   drawnWith = 0;
   setSharpness(Math.min(motionSharpness, fine()));
   const covered = document.getElementById("transport").offsetHeight;
@@ -174,7 +183,7 @@ function resize() {
 
 // Pixels per metre at the depth of the target.
 function pixelsPerMetre() {
-  return size.height / (2 * Math.tan(camera.fov * Math.PI / 360) * orbit.distance);
+  return size.height / (2 * tangent * orbit.distance);
 }
 
 function turnBy(dx, dy) {
@@ -243,10 +252,11 @@ canvas.addEventListener("wheel", (event) => {
 
 // How long lengths and arrows are.
 const scaleRows = [
-  { color: "#222222", text: (value) => measured(value, "m"), perMetre: 1, arrow: false },
+  { text: (value) => measured(value, "m"), perMetre: 1, arrow: false },
   ...data.scales.map((item) => ({
-    color: item.color, perMetre: item.per_metre, arrow: true,
-    kind: item.kind, text: (value) => measured(value, item.unit),
+    perMetre: item.per_metre, arrow: true,
+    kind: item.kind, text: (value) => measured(value, item.unit)
+      + (item.longest ? `, cut at ${measured(item.longest, item.unit)}` : ""),
   })),
 ].map((row) => {
   const line = draw("svg", { width: 10, height: 10 }), text = make("span");
@@ -258,7 +268,7 @@ function drawScales() {
   const widest = Math.min(120, 0.28 * size.width), scale = pixelsPerMetre();
   for (const row of scaleRows) {
     const value = roundStep(widest / scale * row.perMetre);
-    const long = value / row.perMetre * scale, color = legible(row.color, INK);
+    const long = value / row.perMetre * scale, color = legible("#222222", INK);
     row.line.setAttribute("width", long.toFixed(1));
     row.line.replaceChildren();
     const stroke = { stroke: color, "stroke-width": 2, fill: "none" };

@@ -16,7 +16,7 @@ function array([at, count, kind]) {
 }
 
 const told = data.told || {
-  sign: "", course: {}, state: [], joints: [], links: [], duration: 8,
+  sign: "", mode: "", course: {}, state: [], joints: [], links: [], duration: 8,
 };
 const course = {
   name: told.course.name,

@@ -31,7 +31,12 @@ for (const { path, text, color } of data.scene.labels) {
   addLabel({ joint, node: node(path), kind: "name", text, color });
 }
 for (const joint of told.joints) {
-  for (const root of ["torsion", "bending", "force"]) {
+  // What is next to nothing beside the whole has no number.
+  const whole = {};
+  for (const { unit, values } of joint.series) {
+    whole[unit] = Math.max(whole[unit] || 0, ...extent(array(values)).map(Math.abs));
+  }
+  for (const root of ["torsion", "bending", "force", "axial", "shear"]) {
     const arrow = nodes.get(`/${root}/${joint.node}`);
     const series = joint.series.find((item) => item.name === root)
       || (root === "bending" && joint.series.find((item) => item.name === "moment"));
@@ -43,7 +48,7 @@ for (const joint of told.joints) {
       addLabel({
         joint, node: arrow, kind: "number", color: legend.color, root,
         values, ...toldUpTo(greatest, series.unit), unique: series.unique,
-        least: 0.004 * greatest,
+        least: 0.004 * whole[series.unit],
       });
     }
   }
@@ -127,14 +132,15 @@ function isWanted(label) {
   if (!isShown(label.joint) || Math.abs(label.now) < label.least) return false;
   const chosen = choice.joint === label.joint.name;
   if (!(chosen || shown.numbers)) return false;
-  return label.root === "force" ? shown.forces : shown.moments;
+  return label.unit.endsWith("m") ? shown.moments : shown.forces;
 }
 
 function textOf(label) {
   if (label.kind === "name") return label.text;
   const text = withUnit(written(label.now / label.scale, label.decimals), label.unit);
-  if (label.kind === "load") return `load ${text}`;
-  return label.unique ? text : `${text} *`;
+  // Where there is room, words say what colours do.
+  const said = label.kind === "load" ? `load ${text}` : size.width < 600 ? text : `${label.root} ${text}`;
+  return label.unique ? said : `${said} *`;
 }
 
 function layoutLabels() {

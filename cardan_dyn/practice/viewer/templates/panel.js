@@ -9,7 +9,7 @@ const backwards = course.values && course.values[count - 1] < course.values[0];
 
 // The state of the mechanism, in words.
 const WORDS = { drive: "Drive", free: "Free", speed: "Speed", load: "Load", held: "Held",
-  gravity: "Gravity" };
+  swing: "Swing", gravity: "Gravity" };
 const MOST_DRIVES = 4;
 let drivesTold = 0;
 const stateRows = told.state.map((row) => {
@@ -189,7 +189,8 @@ function tellChoice(joint, link) {
   byId("sign").textContent = "";
   if (joint) {
     const ends = joint.parent && joint.child ? `, from ${joint.parent} to ${joint.child}` : "";
-    details.append(make("p", {}, `Joint, ${joint.type}${ends}.`));
+    const stroke = joint.stroke ? `, stroke ${joint.stroke}` : "";
+    details.append(make("p", {}, `Joint, ${joint.type}${ends}${stroke}.`));
     if (joint.series.length) byId("sign").textContent = told.sign;
     if (joint.series.some((item) => !item.unique)) {
       details.append(make("p", {}, `* ${joint.open}`));
@@ -240,7 +241,16 @@ function fillParts() {
   byId("where-label").hidden = all || !told.joints.length;
 }
 
-// Light and dark: as the system has it, until someone chooses.
+// Light and dark: as the system has it, until someone chooses; pages that keep nothing ask again.
+const THEME = "cardan-dyn theme";
+function keptTheme(chosen) {
+  try {
+    if (chosen) localStorage.setItem(THEME, chosen);
+    return localStorage.getItem(THEME);
+  } catch {
+    return chosen;
+  }
+}
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 function setTheme(name) {
   theme = name;
@@ -254,14 +264,14 @@ function setTheme(name) {
   drawTriad();
   request();
 }
-let themeChosen = false;
+let chosenTheme = keptTheme();
 byId("theme").addEventListener("click", () => {
-  themeChosen = true;
-  setTheme(theme === "dark" ? "light" : "dark");
+  chosenTheme = theme === "dark" ? "light" : "dark";
+  keptTheme(chosenTheme);
+  setTheme(chosenTheme);
 });
-dark.addEventListener("change", () => {
-  if (!themeChosen) setTheme(dark.matches ? "dark" : "light");
-});
+const wishedTheme = () => chosenTheme || (dark.matches ? "dark" : "light");
+dark.addEventListener("change", () => setTheme(wishedTheme()));
 
 byId("fold").addEventListener("click", () => {
   const folded = document.body.classList.toggle("folded");
@@ -274,9 +284,14 @@ function chosenNow() {
 }
 
 function lookAt(name) {
-  if (name === "fit") fit(); else lookFrom(VIEWS[name]);
+  if (name === "fit") fit(); else lookFrom(VIEWS[name], parallel);
 }
-for (const button of document.querySelectorAll("#views button")) {
+byId("lens").addEventListener("click", () => changeLens());
+function changeLens() {
+  project(camera === parallel ? perspective : parallel);
+  placeCamera();
+}
+for (const button of document.querySelectorAll("#views [data-view]")) {
   button.addEventListener("click", () => lookAt(button.dataset.view));
 }
 
@@ -310,7 +325,7 @@ const KEYS = {
   ArrowRight: (many) => stepBy(many), ArrowLeft: (many) => stepBy(-many),
   Home: () => { pause(); goTo(0); }, End: () => { pause(); goTo(count - 1); },
   1: () => lookAt("front"), 2: () => lookAt("side"), 3: () => lookAt("top"),
-  4: () => lookAt("isometric"), 0: () => fit(),
+  4: () => lookAt("isometric"), 5: changeLens, 0: () => fit(),
   "+": () => zoomBy(0.85), "=": () => zoomBy(0.85), "-": () => zoomBy(1 / 0.85),
   n: () => nextJoint(1), p: () => nextJoint(-1), Escape: () => select(),
 };
@@ -327,6 +342,7 @@ document.addEventListener("keydown", (event) => {
 
 function start() {
   canvas.setAttribute("aria-label", `${data.title}, drawn in space`);
+  byId("mode").textContent = told.mode;
   for (const note of data.notes) byId("notes").append(make("li", {}, note));
   fillParts();
   fillList();
@@ -346,12 +362,11 @@ function start() {
   tellState(true);
   const first = told.joints.find((item) => bearings.has(item.name) && item.series.length);
   select(first ? { joint: first } : {});
-  setTheme(dark.matches ? "dark" : "light");
+  setTheme(wishedTheme());
   tellPlace();
   size.width = Math.max(view.clientWidth, 1);
   size.height = Math.max(view.clientHeight, 1);
-  camera.aspect = size.width / size.height;
-  lookFrom(bestDirection());
+  lookFrom(bestDirection(), perspective);
   resize();
   new ResizeObserver(() => {
     if (view.clientWidth !== size.width || view.clientHeight !== size.height) resize();

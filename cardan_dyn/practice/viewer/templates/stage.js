@@ -143,14 +143,17 @@ function pose(place) {
 }
 
 // Light comes with the camera, so that what is looked at is lit, however great the scene is.
-const camera = new THREE.PerspectiveCamera(32, 1, 0.01, 100);
-camera.up.set(0, 0, 1);
+const OPENING = 32;     // angle of the view [°]; drawings, without it, are as large in the middle
+const perspective = new THREE.PerspectiveCamera(OPENING, 1, 0.01, 100);
+const parallel = new THREE.OrthographicCamera();
+let camera = perspective;
 const above = new THREE.DirectionalLight(0xffffff, 0.62);
 const beside = new THREE.DirectionalLight(0xffffff, 0.2);
 above.position.set(-0.4, 0.9, 1);
 beside.position.set(1, -0.2, 0.5);
-camera.add(above, above.target, beside, beside.target);
-world.add(camera, new THREE.HemisphereLight(0xffffff, 0xb9bec6, 0.52));
+const lights = [above, above.target, beside, beside.target];
+for (const lens of [perspective, parallel]) lens.up.set(0, 0, 1);
+world.add(perspective, parallel, new THREE.HemisphereLight(0xffffff, 0xb9bec6, 0.52));
 
 const radius = data.radius || 1;
 const middle = new THREE.Box3().setFromPoints(data.points.map((at) => new THREE.Vector3(...at)));
@@ -188,7 +191,7 @@ function recolor() {
 const PARTS = [
   ["shapes", ["mechanism", "bearings"], "Shapes"],
   ["moments", ["torsion", "bending"], "Moments"],
-  ["forces", ["force"], "Forces"],
+  ["forces", ["force", "axial", "shear"], "Forces"],
   ["loads", ["loads"], "Loads"],
   ["drive", ["drive"], "Drive"],
   ["axes", ["axes"], "Axes"],
@@ -201,7 +204,7 @@ const PARTS = [
   || roots.some((root) => nodes.has("/" + root)));
 const shown = Object.fromEntries(
   PARTS.map(([name]) => [name, !["traces", "grid"].includes(name)]));
-const BY_JOINT = ["torsion", "bending", "force", "moment", "traces", "axes"];
+const BY_JOINT = ["torsion", "bending", "force", "axial", "shear", "moment", "traces", "axes"];
 const jointByNode = new Map(told.joints.map((item) => [item.node, item]));
 const bearings = new Set(data.bearings);
 
