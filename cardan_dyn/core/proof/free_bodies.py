@@ -222,10 +222,11 @@ class FreeBodies:
         screws, v = self._screws, list(claim.v.T)
         # What overflows is refused by those who judge residuals.
         with np.errstate(over="ignore", invalid="ignore"):
-            placed = screws.placing.placed(list(claim.x.T))
-            velocities = None
-            if claim.has_rates:
-                velocities = screws.absolute(screws.relative(screws.units(placed), v))
+            placed, velocities = list[Frame](), None
+            if self._elements.act_on_links:
+                placed = screws.placing.placed(list(claim.x.T))
+                if claim.has_rates:
+                    velocities = screws.absolute(screws.relative(screws.units(placed), v))
             return self._elements.on(placed, velocities, x, claim.v, claim.time)
 
     def residuals(self, sample: Sample) -> tuple[Scalar, ...]:
