@@ -218,7 +218,7 @@ def mapping(name: str, value: object) -> dict[str, Any]:
     Raises:
         ArgumentError: it is anything else.
     """
-    if value is None:
+    if value is None or (isinstance(value, dict) and not value):
         return {}
     expected = "a mapping of names to values"
     if not isinstance(value, Mapping):

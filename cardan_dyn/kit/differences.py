@@ -21,7 +21,8 @@ def displacements(units: Array) -> Array:
     Args:
         units: `(n,)` of the variables, in which they change a function by about its own size.
     """
-    return np.concatenate([factor * _STEP * np.diag(units) for factor in (-2.0, -1.0, 1.0, 2.0)])
+    steps = _STEP * np.array([-2.0, -1.0, 1.0, 2.0])
+    return np.multiply.outer(steps, np.diag(units)).reshape(-1, len(units))
 
 
 def slopes(values: Array, units: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -337,16 +338,22 @@ class InverseDynamics:
 
         It is made when it is first used, since it reads the description's text again.
         """
-        mechanism, elements = self._mechanism, self._problem.elements
+        mechanism, motion = self._mechanism, self._motion
 
         def made() -> FreeBodies:
-            return self.bodies_of(mechanism.second_reading, elements, mechanism.kept)
+            return self.bodies_of(mechanism.second_reading, (), mechanism.kept)
 
-        if elements:
-            return made()
-        motion = self._motion
         key = motion.drives, motion.held, motion.known.tobytes(), *self._claimed
-        return mechanism.kept.of("free bodies", key, made)
+        bare = mechanism.kept.of("free bodies", key, made)
+        return bare.with_elements(self._problem.elements, mechanism.zero)
+
+    def of(self, problem: Problem) -> InverseDynamics:
+        """Return that of a problem which differs in elements and what sweeps say anew."""
+        result = copy(self)
+        result._problem = problem
+        if problem.elements is not self._problem.elements:
+            result.__dict__.pop("bodies", None)
+        return result
 
     @property
     def _motion(self) -> Motion:
@@ -364,9 +371,9 @@ class InverseDynamics:
         from ..proof.free_bodies import FreeBodies, Setup
 
         mechanism = self._mechanism
-        setup = Setup(self._motion, self._claimed, elements, mechanism.zero)
-        length = mechanism.characteristic_length
-        return FreeBodies(description, mechanism.coordinates, length, setup, kept)
+        setup, length = Setup(self._motion, self._claimed), mechanism.characteristic_length
+        bodies = FreeBodies(description, mechanism.coordinates, length, setup, kept)
+        return bodies.with_elements(elements, mechanism.zero)
 
     def prove_flags(self, solution: Solution) -> None:
         """Refuse a solution whose flags of uniqueness are contradicted by self-stresses.

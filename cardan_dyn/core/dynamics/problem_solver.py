@@ -174,10 +174,11 @@ class ProblemSolver(Frozen):
         elif like is not None and problem.moves_like(like.problem):
             self.assembly = like.assembly
             if problem.solved_like(like.problem):
-                made = ("_kinematics", "inverse_dynamics", "taped")
-                self.__dict__ |= {
-                    name: like.__dict__[name] for name in made if name in like.__dict__
-                }
+                made, known = self.__dict__, like.__dict__
+                if "_kinematics" in known:
+                    made["_kinematics"] = known["_kinematics"]
+                for name in known.keys() & {"inverse_dynamics", "taped"}:
+                    made[name] = known[name].of(problem)
         else:
             self.assembly = Assembly(problem)
         self._freeze()

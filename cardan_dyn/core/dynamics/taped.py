@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from copy import copy
 from functools import cached_property, partial
 
 import numpy as np
@@ -111,6 +112,12 @@ class TapedSolver:
             tuple(sorted(wrenches)),
             tuple(group.key for group in self._groups),
         )
+
+    def of(self, problem: Problem) -> TapedSolver:
+        """Return that of a problem which differs in elements and what sweeps say anew."""
+        result = copy(self)
+        result.problem = problem
+        return result
 
     def solution(
         self,

@@ -75,9 +75,16 @@ class Division:
             MobilityError: the drives do not decide the motion, or too many do.
             SingularConfigurationError: all states are dead points.
         """
-        state = self.kinematics.evaluate(states)
-        if self._is_determined(state):
+        key = self.kinematics.key, *(group.key for group in self.groups), states.tobytes()
+
+        def is_determined() -> bool:
+            return self._is_determined(self.kinematics.evaluate(states))
+
+        if self.problem.mechanism.kept.of(
+            "determined", (*key, self.problem.passive_columns.tobytes()), is_determined
+        ):
             return self.kinematics
+        state = self.kinematics.evaluate(states)
         known = self.kinematics.with_reductions([group.reachable for group in state.groups])
         self._check(known.evaluate(states))
         return known

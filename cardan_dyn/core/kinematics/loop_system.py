@@ -176,7 +176,7 @@ class LoopSystem:
                 return np.asarray(closed.x[0])
         from .following.branch import Branch  # Most scenes start where their joints are held.
 
-        return Branch(kinematics, state).at(value)
+        return Branch.shared(kinematics, state, self.mechanism.kept).at(value)
 
     def _columns(self, joints: tuple[str, ...]) -> Array:
         return np.array(self.mechanism.coordinates.rates_of(joints), dtype=int)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -24,8 +24,8 @@ _DECIDE_ASSEMBLY = frozenset(
     {"mechanism", "independent", "held", "near", "near_balls", "branch", "outputs", "all_outputs"}
 )
 """Attributes of a problem that decide how its loops are closed."""
-_GIVEN_TO_SWEEPS = frozenset({"joint_loads", "link_loads", "gravity", "strict"})
-"""Attributes that a solver is told anew with every sweep."""
+_DECIDE_EQUATIONS = frozenset({"listed", "free", "compliance"})
+"""Those that decide, besides, how wrenches are solved: sweeps are told anew what acts."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -72,27 +72,31 @@ class Problem(Record):
     strict: bool
     elements: tuple[Element, ...] = ()
 
-    def differs_from(self, other: Problem) -> set[str]:
+    def differs_from(self, other: Problem, among: Collection[str] | None = None) -> set[str]:
         """Return the names of the attributes that have other values in another problem.
 
         Mechanisms and loads on links count as equal only if they are the same objects.
+
+        Args:
+            other: the other problem.
+            among: names of the attributes that are compared; all if None.
         """
         own, others = self.__dict__, other.__dict__
         return {
             name
-            for name in self.__dataclass_fields__
+            for name in among or self.__dataclass_fields__
             if own[name] is not others[name] and not _equal(own[name], others[name])
         }
 
     def moves_like(self, other: Problem) -> bool:
         """Return whether the loops of another problem are closed alike."""
-        if self.differs_from(other) & _DECIDE_ASSEMBLY:
+        if self.differs_from(other, _DECIDE_ASSEMBLY):
             return False
         return self.element_bodies == other.element_bodies
 
     def solved_like(self, other: Problem) -> bool:
-        """Return whether the same solver serves another problem: it is told all that differs."""
-        return self.differs_from(other) <= _GIVEN_TO_SWEEPS
+        """Return whether the same equations serve a problem that moves like it."""
+        return not self.differs_from(other, _DECIDE_EQUATIONS)
 
     def driving(self, names: tuple[str, ...]) -> Problem:
         """Return the problem in which some held joints are independent, after the others."""

@@ -71,7 +71,11 @@ class _Moving(NamedTuple):
 
 
 class ProvenElements:
-    """The elements of a scene on the frames of its description."""
+    """The elements of a scene on the frames of its description.
+
+    Attributes:
+        act_on_links: whether any does; others need no frames.
+    """
 
     def __init__(self, screws: Screws, elements: Sequence[Element], zero: Array, length: float):
         """Find what the elements act on.
@@ -93,6 +97,7 @@ class ProvenElements:
             for index, element in enumerate(elements)
             if element.links
         }
+        self.act_on_links = bool(self._ends)
 
     def on(
         self,
@@ -105,7 +110,7 @@ class ProvenElements:
         """Return what the elements exert.
 
         Args:
-            placed: frames of all motions, of arrays `(N,)`.
+            placed: frames of all motions, of arrays `(N,)`, where any acts on links.
             velocities: twists of the motions' frames; None at rest.
             x: `(N, size)` coordinates, whole turns counted.
             v: `(N, nv)` joint velocities.

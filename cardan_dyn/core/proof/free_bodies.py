@@ -13,6 +13,7 @@ All this is written once, as plain arithmetic of one sample, see `samples`.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from copy import copy
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -47,14 +48,10 @@ class Setup(NamedTuple):
     Attributes:
         motion: what is driven, held and known.
         joints: names of those whose wrenches are claimed to be known.
-        elements: springs, bushings, friction and actuators.
-        zero: `(size,)` coordinates of the description's zero; bushings need it.
     """
 
     motion: Motion
     joints: list[str]
-    elements: Sequence[Element] = ()
-    zero: Array = np.zeros(0)
 
 
 class _Rates(NamedTuple):
@@ -165,10 +162,21 @@ class FreeBodies:
         prescribed = {motion.rate for motion in (*drives, *held)}
         self._passives = [rate for rate in np.flatnonzero(known).tolist() if rate not in prescribed]
         self._elements: ProvenElements | None = None
-        if setup.elements:
-            from .element_loads import ProvenElements  # Most scenes have none.
 
-            self._elements = ProvenElements(self._screws, setup.elements, setup.zero, length)
+    def with_elements(self, elements: Sequence[Element], zero: Array) -> FreeBodies:
+        """Return the same bodies with what else acts on them.
+
+        Args:
+            elements: springs, bushings, friction and actuators.
+            zero: `(size,)` coordinates of the description's zero; bushings need it.
+        """
+        if not elements:
+            return self
+        from .element_loads import ProvenElements  # Most scenes have none.
+
+        result = copy(self)
+        result._elements = ProvenElements(self._screws, elements, zero, self._length)
+        return result
 
     @cached_property
     def _stress(self) -> SelfStressProof:
@@ -214,10 +222,11 @@ class FreeBodies:
         screws, v = self._screws, list(claim.v.T)
         # What overflows is refused by those who judge residuals.
         with np.errstate(over="ignore", invalid="ignore"):
-            placed = screws.placing.placed(list(claim.x.T))
-            velocities = None
-            if claim.has_rates:
-                velocities = screws.absolute(screws.relative(screws.units(placed), v))
+            placed, velocities = list[Frame](), None
+            if self._elements.act_on_links:
+                placed = screws.placing.placed(list(claim.x.T))
+                if claim.has_rates:
+                    velocities = screws.absolute(screws.relative(screws.units(placed), v))
             return self._elements.on(placed, velocities, x, claim.v, claim.time)
 
     def residuals(self, sample: Sample) -> tuple[Scalar, ...]:

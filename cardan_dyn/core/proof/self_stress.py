@@ -223,7 +223,7 @@ def prove_flags(
     changes, judged = np.zeros(unique.shape), False
     # Some components are open at special positions only; all positions are judged where the first
     # ones leave a flag unproven.
-    for positions in (x[first], x):
+    for positions in (x[first], x) if last > 2 else (x,):
         for influence, clear in stress.influence(positions):
             judged = judged or bool(np.any(clear))
             changes = np.maximum(changes, influence[clear][:, joints].max(axis=0, initial=0.0))

@@ -186,6 +186,14 @@ class Motion(Frozen):
         values = self._x[:, columns] + 2.0 * np.pi * self._turns[:, columns]
         return self._shaped(squeezed(values))
 
+    @property
+    def of_named(self) -> tuple[Array, Array, Array]:
+        """Positions, velocities and accelerations `(N, n)` of all coordinates that have names."""
+        named = self._coordinates.named.values()
+        columns, rates = [item.column for item in named], [item.rate for item in named]
+        values = self._x[:, columns] + 2.0 * np.pi * self._turns[:, columns]
+        return self._shaped(values), self.v[..., rates], self.a[..., rates]
+
     def velocity(self, joint: str) -> Array:
         """Return a joint's velocity `(N,)` [rad/s or m/s], a column per coordinate.
 

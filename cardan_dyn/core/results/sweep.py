@@ -65,7 +65,7 @@ from .motion import Motion
 from .prescribed import MotionResult
 from .source import Source
 from .table import Table, Variable
-from .wrench import WITHOUT_AXIS, JointWrench
+from .wrench import WITHOUT_AXIS, JointWrench, lengths
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -800,20 +800,22 @@ def _found(sweep: Sweep, motion: bool) -> Iterator[tuple[str, Variable]]:
     """Return what was found, as far as it was solved."""
     dims, drivable = _sample_dims(sweep), sweep.mechanism.drivable
     if wrenches := list(sweep.values()):
+        vectors = {
+            name: np.stack([getattr(wrench, name) for wrench in wrenches], axis=-2)
+            for name in _VECTORS
+        }
         for name, (unit, label) in _VECTORS.items():
-            vectors = np.stack([getattr(wrench, name) for wrench in wrenches], axis=-2)
             long_name = f"{label} of the parent on the child, in the joint's axes"
-            yield name, Variable((*dims, "joint", "component"), vectors, unit, long_name)
+            yield name, Variable((*dims, "joint", "component"), vectors[name], unit, long_name)
         nothing = np.full(sweep.shape, np.nan)
         for name, (unit, label) in _SCALARS.items():
             whole = name.removesuffix("_magnitude")
-            parts = [
-                getattr(wrench.magnitude, whole)
-                if whole != name
-                else (getattr(wrench, name) if wrench.has_axis else nothing)
-                for wrench in wrenches
-            ]
-            yield name, Variable((*dims, "joint"), np.stack(parts, axis=-1), unit, label)
+            if whole != name:
+                values = lengths(vectors[whole])
+            else:
+                parts = [getattr(item, name) if item.has_axis else nothing for item in wrenches]
+                values = np.stack(parts, axis=-1)
+            yield name, Variable((*dims, "joint"), values, unit, label)
     units = tuple(drivable[name].effort_unit for name in sweep.coordinates)
     label = f"effort of {sweep.coordinates[0]}" if len(units) == 1 else "effort of the drives"
     along = ("drive",) if len(units) > 1 else ()
@@ -832,10 +834,9 @@ def _found(sweep: Sweep, motion: bool) -> Iterator[tuple[str, Variable]]:
     if sweep.elements:
         yield from _of_elements(sweep)
     if motion:
-        joints = tuple(sweep.mechanism.coordinates.named)
-        for name, per_time in _MOTIONS.items():
-            values = np.stack([getattr(sweep.motion, name)(joint) for joint in joints], axis=-1)
-            units = tuple(drivable[joint].unit + per_time for joint in joints)
+        units_of = [drivable[joint].unit for joint in sweep.mechanism.coordinates.named]
+        for (name, per_time), values in zip(_MOTIONS.items(), sweep.motion.of_named, strict=True):
+            units = tuple(unit + per_time for unit in units_of)
             label = f"{name} of the joint's coordinate"
             yield f"joint_{name}", Variable((*dims, "moving_joint"), values, units, label)
     over_samples = sweep.condition.shape == sweep.shape

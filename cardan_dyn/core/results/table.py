@@ -13,7 +13,7 @@ import math
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import cycle, product
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     import xarray
 
 SUFFIXES = (".csv", ".json", ".nc", ".parquet")
+_IN_FRONT = {"moving_joint": "joint_", "point": "point_"}
+"""Dimensions to what the names of variables along them begin with, and names of columns do not."""
 
 
 class Variable(NamedTuple):
@@ -176,8 +178,11 @@ class Table:
         index = pandas.RangeIndex(int(np.prod(sizes)), name=names[0])
         if len(sizes) > 1:
             index = pandas.MultiIndex.from_product(map(range, sizes), names=names)
-        values = {name: values for name, (values, _) in columns.items()}
-        frame = pandas.DataFrame(values, index=index)
+        values: Any = {name: values for name, (values, _) in columns.items()}
+        if all(column.dtype == float for column in values.values()):
+            # As one array: pandas examines each of several by itself.
+            values = np.array([*values.values()]).reshape(len(values), len(index)).T
+        frame = pandas.DataFrame(values, index, [*columns])
         told = {"units": units, **self.frame_attributes, **self.attributes}
         # pandas copies them deeply whenever a column is read: what cannot be changed stays itself.
         frame.attrs = {
@@ -224,7 +229,11 @@ class Table:
         """Write a text file; see `Result.to_csv`."""
         target, columns = file_path("path", path), self.columns()
         shown = [f"{name} [{unit}]" if unit else name for name, (_, unit) in columns.items()]
-        values = [_told(values) for values, _ in columns.values()]
+        # Where there is no number, a text file has nothing.
+        values = [
+            ["" if value != value else value for value in column.tolist()]
+            for column, _ in columns.values()
+        ]
         places = np.indices(tuple(self.samples.values())).reshape(len(self.samples), -1).tolist()
         lines = []
         if header:
@@ -239,7 +248,9 @@ class Table:
 
     def _over_samples(self, variable: Variable) -> Array:
         """Return values over all samples of a variable that may vary along some of them only."""
-        shape = tuple(self.samples.values())
+        shape, dims = tuple(self.samples.values()), tuple(self.samples)
+        if variable.dims[: len(dims)] == dims and variable.values.shape[: len(dims)] == shape:
+            return variable.values
         varying = [dim for dim in variable.dims if dim in self.samples]
         rest = variable.values.shape[len(varying) :]
         sizes = dict(zip(varying, variable.values.shape, strict=False))
@@ -247,16 +258,23 @@ class Table:
         return np.broadcast_to(padded, (*shape, *rest))
 
     def _entries(self, name: str, variable: Variable) -> list[str]:
-        """Return the columns of all entries of a variable beyond the samples, in C order."""
-        rest = [dim for dim in variable.dims if dim not in self.samples]
-        every = product(*(self.labels[dim] for dim in rest))
-        return [_column_name(name, *zip(rest, entry, strict=True)) for entry in every]
+        """Return the columns of all entries of a variable beyond the samples, in C order.
 
-
-def _told(values: Array) -> list[Any]:
-    """Return values as a text file has them: nothing where there is no number."""
-    listed: list[Any] = values.tolist()
-    return ["" if value != value else value for value in listed]
+        These have one dimension of names at most, and one of components behind it.
+        """
+        quantity, owners, parts = name, [""], [""]
+        for dim in variable.dims:
+            if dim in self.samples:
+                continue
+            if dim.endswith("component"):
+                parts = [f"_{part.replace(' ', '_')}" for part in self.labels[dim]]
+                continue
+            owners = [f"{owner}." for owner in self.labels[dim]]
+            if dim == "drive" and not quantity.startswith("drive_"):
+                quantity = f"drive_{quantity}"
+            elif dim in _IN_FRONT:
+                quantity = quantity.removeprefix(_IN_FRONT[dim])
+        return [f"{owner}{quantity}{part}" for owner in owners for part in parts]
 
 
 def _as_json(value: Any) -> Any:
@@ -272,21 +290,3 @@ def _as_json(value: Any) -> Any:
 
 def _missing(package: str) -> MissingExtraError:
     return MissingExtraError(f'this table needs {package}: pip install "cardan-dyn[study]"')
-
-
-def _column_name(variable: str, *names: tuple[str, str]) -> str:
-    """Return the name of a column, `name.quantity` if it belongs to something with a name."""
-    quantity = variable
-    owner = ""
-    for dim, name in names:
-        if dim.endswith("component"):
-            quantity = f"{quantity}_{name.replace(' ', '_')}"
-        else:
-            owner = name
-            if dim == "drive" and not quantity.startswith("drive_"):
-                quantity = f"drive_{quantity}"
-            if dim == "moving_joint":
-                quantity = quantity.removeprefix("joint_")
-            if dim == "point":
-                quantity = quantity.removeprefix("point_")
-    return f"{owner}.{quantity}" if owner else quantity

@@ -105,12 +105,12 @@ class BearingForces(Record):
     @property
     def radial_a(self) -> Array:
         """Radial load of bearing a `(N,)` [N]."""
-        return _norm(self.force_a)
+        return lengths(self.force_a)
 
     @property
     def radial_b(self) -> Array:
         """Radial load of bearing b `(N,)` [N]."""
-        return _norm(self.force_b)
+        return lengths(self.force_b)
 
     def __repr__(self) -> str:
         loads = (
@@ -263,7 +263,7 @@ class JointWrench(Hinting):
     @property
     def magnitude(self) -> Magnitude:
         """Sizes of force and moment: `wrench.magnitude.force` [N], `.moment` [N·m], `(N,)` each."""
-        return Magnitude(_norm(self.force), _norm(self.moment))
+        return Magnitude(lengths(self.force), lengths(self.moment))
 
     def at(self, point: ArrayLike | Any) -> JointWrench:
         """Return the same wrench about another point: its moment is taken about that.
@@ -428,7 +428,7 @@ class JointWrench(Hinting):
         """Return the size across the axis, of the force (`first` 0) or the moment (3)."""
         axis = self.axis
         if axis.ndim > 1:
-            return _norm(self._across(self.moment if first else self.force))
+            return lengths(self._across(self.moment if first else self.force))
         directions, acting = _directions_across(*axis.tolist()), tuple[Array, ...]()
         for direction in directions:
             for index, _ in direction:
@@ -473,10 +473,9 @@ def _cross_matrix(vectors: Array) -> Array:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def _norm(vectors: Array) -> Array:
+def lengths(vectors: Array) -> Array:
     """Return lengths `(...)` of vectors `(..., 3)`, whose squares may overflow or vanish."""
-    scale = np.max(np.abs(vectors), axis=-1, initial=0.0)
+    scale = np.abs(vectors).max(axis=-1, initial=0.0)
     safe = np.where(scale > 0.0, scale, 1.0)
-    return np.asarray(
-        safe * np.sqrt(np.sum((vectors / safe[..., None]) ** 2, axis=-1)) * (scale > 0.0)
-    )
+    squares = (vectors / safe[..., None]) ** 2
+    return np.asarray(safe * np.sqrt(squares.sum(axis=-1)) * (scale > 0.0))

@@ -17,7 +17,7 @@ from ...core.results.prescribed import Prescribed
 from ...core.results.sweep import Sweep
 from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ...kit.differences import displacements, kinks, slopes
-from ...kit.errors import CardanError, EquilibriumError, MobilityError, choices
+from ...kit.errors import CardanError, EquilibriumError, MobilityError, ModelError, choices
 from ...kit.frozen import read_only
 from .start_state import drive_positions
 
@@ -64,9 +64,8 @@ class Equilibrium(Prescribed):
     """
 
     def __init__(self, statics: _Statics, position: Array, stiffness: Array) -> None:
-        self._problem = statics.problem
-        self.position = read_only(position)
-        self.stiffness, self.inertia = read_only(stiffness), read_only(statics.inertia(position))
+        self._problem, self._statics = statics.problem, statics
+        self.position, self.stiffness = read_only(position), read_only(stiffness)
         self.sweep = statics.sweep(position[None, :])
         self._scale = read_only(statics.scale)
         greatest = float(np.max(np.abs(stiffness * self._scale[:, None] * self._scale)))
@@ -98,6 +97,11 @@ class Equilibrium(Prescribed):
         return self.sweep.orientation(link)[0]
 
     @cached_property
+    def inertia(self) -> Array:
+        """Generalised inertia; see the class."""
+        return read_only(self._statics.inertia(self.position))
+
+    @cached_property
     def _small(self) -> SmallMotions:
         """What becomes of small displacements, with lengths in units of the characteristic one."""
         units = self._scale[:, None] * self._scale
@@ -118,7 +122,9 @@ def equilibrium(
     solver: ProblemSolver, position: Any, loads: Mapping[str, object] | None, gravity: Any
 ) -> Equilibrium:
     """Return the equilibrium near a position; see `Scene.equilibrium`."""
-    acting = acting_on(solver.problem, loads=loads, gravity=gravity)
+    acting = solver.problem.acting
+    if loads is not None or gravity is not None:
+        acting = acting_on(solver.problem, loads=loads, gravity=gravity)
     if not solver.problem.free:
         raise MobilityError(
             "an equilibrium is where free coordinates rest, and the scene drives all it has: "
@@ -126,6 +132,11 @@ def equilibrium(
             mobility=0,
         )
     driven, x = np.split(drive_positions(solver, position), [len(solver.problem.drives)])
+    if not solver.knows_drive_efforts:
+        raise ModelError(
+            "what the free coordinates need to rest was not asked for; add their joints to the "
+            f"outputs, which are: {choices(solver.problem.outputs)}"
+        )
     statics = _Statics(solver, acting, driven)
     effort, stiffness = statics.linearised(x)
     for _ in range(_MOST_STEPS):
@@ -222,25 +233,21 @@ class _Statics:
 
     def sweep(self, positions: Array) -> Sweep:
         """Return the scene at rest at positions `(N, f)`."""
-        return self._swept(self._solver, positions, self._acting)
+        assembled = self._solver.assembled_in_turn(self._targets(positions))
+        return sweep_of(self._solver, assembled, self._acting)
 
-    def _swept(self, solver: ProblemSolver, positions: Array, acting: Acting) -> Sweep:
-        driven = np.broadcast_to(self._driven, (len(positions), len(self._driven)))
-        targets = Targets.of_positions(np.concatenate([driven, positions], axis=1))
-        assembled = solver.assembled_in_turn(targets)
-        return sweep_of(solver, assembled, acting)
-
-    def _of_free(self, sweep: Sweep, count: int) -> Array:
-        """Return the efforts `(N, f)` along the free coordinates."""
-        return sweep.drive_effort.reshape(count, -1)[:, len(self._driven) :]
+    def _targets(self, positions: Array) -> Targets:
+        driven = self._driven[None, :].repeat(len(positions), axis=0)
+        return Targets.of_positions(np.concatenate([driven, positions], axis=1))
 
     def _efforts(self, positions: Array) -> Array:
-        sweep = self.sweep(positions)
-        length = sweep.mechanism.characteristic_length
-        for name in sweep:
-            moment, force = np.abs(sweep[name].moment), length * np.abs(sweep[name].force)
-            self.wrench = max(self.wrench, float(np.max(moment)), float(np.max(force)))
-        return self._of_free(sweep, len(positions))
+        """Return the efforts `(N, f)` along the free coordinates."""
+        assembled = self._solver.assembled_in_turn(self._targets(positions))
+        solution = self._solver.solve(assembled, self._acting)
+        size = np.abs(solution.wrenches)
+        size[..., :3] *= self.problem.mechanism.characteristic_length
+        self.wrench = max(self.wrench, float(size.max(initial=0.0)))
+        return solution.efforts[:, len(self._driven) : len(self.problem.independent)]
 
     def linearised(self, x: Array) -> tuple[Array, Array]:
         """Return efforts `(f,)` at a position, and their derivatives `(f, f)`.
@@ -266,8 +273,7 @@ class _Statics:
 
     def inertia(self, x: Array) -> Array:
         """Return the generalised inertia `(f, f)` at a position."""
-        positions = np.concatenate([self._driven, x])
-        (every,) = mass_matrix_of(self._solver, Targets.of_positions(positions[None]))
+        (every,) = mass_matrix_of(self._solver, self._targets(x[None, :]))
         free = slice(len(self._driven), None)
         return np.ascontiguousarray(every[free, free])
 

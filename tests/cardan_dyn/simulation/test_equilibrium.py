@@ -151,3 +151,21 @@ def test_a_force_that_turns_with_its_link(push: float, stability: str) -> None:
     squares = np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiffness)))
     expected = np.sqrt(squares) if stability == "stable" else []
     np.testing.assert_allclose(found.frequencies, expected, rtol=1e-7)
+
+
+def test_efforts_that_outputs_leave_out_are_asked_for() -> None:
+    """What is not solved is not taken for nothing."""
+    arm = (
+        '<link name="{0}"><inertial><origin xyz="0 -1 0"/><mass value="1"/><inertia/></inertial>'
+        "</link>"
+        '<joint name="{0}_pin" type="continuous"><parent link="base"/><child link="{0}"/>'
+        '<axis xyz="0 0 1"/></joint>'
+    )
+    text = f'<robot name="two_arms"><link name="base"/>{arm.format("a")}{arm.format("b")}</robot>'
+    free = {"free": ["a_pin", "b_pin"], "gravity": (0.0, -9.81, 0.0)}
+    scene = cd.Scene(cd.load(text), outputs=["a_pin"], **free)
+    with pytest.raises(cd.ModelError, match="add their joints to the outputs, which are: a_pin"):
+        scene.equilibrium([0.1, -0.2])
+    every = scene.replace(outputs=None).equilibrium([0.1, -0.2])
+    np.testing.assert_allclose(every.position, 0.0, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(every.inertia, np.eye(2), rtol=0.0, atol=1e-12)

@@ -150,6 +150,7 @@ class Kinematics:
         turns: Array | None = None,
         most: int = MOST_CORRECTIONS,
         settles: bool = False,
+        within: float = np.inf,
     ) -> ClosedState:
         """Close all loops from guesses `x (N, size)`; the caller judges the result.
 
@@ -159,10 +160,11 @@ class Kinematics:
             most: greatest number of Newton steps per group.
             settles: whether idle rods are turned about their lines to where they settle, so that
                 their positions do not depend on the way there.
+            within: correction from which on a guess is given up, whatever it leads to.
         """
         x = self.coordinates.normalised(x.copy())
         pairs = zip(self.solvers, self.reductions, strict=True)
-        given = turns, most, settles
+        given = turns, most, settles, within
         return _joined(x, [solver.newton(x, reduction, *given) for solver, reduction in pairs])
 
     def evaluate(self, x: Array) -> ClosedState:

@@ -149,6 +149,7 @@ class GroupSolver:
         turns: Array | None = None,
         most: int = MOST_CORRECTIONS,
         settles: bool = False,
+        within: float = np.inf,
     ) -> GroupState:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
 
@@ -161,11 +162,12 @@ class GroupSolver:
             most: greatest number of Newton steps.
             settles: whether idle rods are turned about their lines to where they settle, see
                 `spins`.
+            within: correction from which on a sample is given up.
         """
         state = self.evaluate(x, reduction, turns)
         if not self.group.passives.size:
             return state
-        state = self._stepped(state, np.arange(len(x)), x, turns, most)
+        state = self._stepped(state, np.arange(len(x)), x, turns, most, within=within)
         if settles and self.group.idle:
             # What is open stays as it is. Rods may have far to turn.
             (closed,) = np.nonzero(state.residual < CLOSURE_TOLERANCE)
@@ -185,6 +187,7 @@ class GroupSolver:
         turns: Array | None,
         most: int,
         settles: bool = False,
+        within: float = np.inf,
     ) -> GroupState:
         """Return the state after steps of some samples (index), see `newton`."""
         now, correction = state if rest.size == len(x) else state.of(rest), state.correction
@@ -215,7 +218,7 @@ class GroupSolver:
             x[rest] = own
             now = self.evaluate(x[rest], state.reduction, None if turns is None else turns[rest])
             state = state.with_samples(rest, now)
-            goes = left > EPS
+            goes = (left > EPS) & (correction[rest] < within)
             if not goes.all():
                 now, rest = now.of(goes), rest[goes]
         return state._replace(correction=correction)

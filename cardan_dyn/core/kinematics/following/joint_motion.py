@@ -145,12 +145,15 @@ class JointMotion:
         last with all that open loops can reach.
         """
         x, is_there = self._taped.ends(own)
-        for known in True, False:
+        tried = None
+        for rows in self._known, lambda: self._kinematics:
             (rest,) = np.nonzero(~is_there)
             if not rest.size:
                 break
-            kinematics = self._known() if known else self._kinematics
-            x[rest], is_there[rest] = self._on_lines(kinematics, own[rest])
+            kinematics = rows()
+            if kinematics.key != tried:
+                x[rest], is_there[rest] = self._on_lines(kinematics, own[rest])
+            tried = kinematics.key
         return x, is_there
 
     @cached_property
@@ -185,12 +188,13 @@ class JointMotion:
         x, is_there = np.tile(self._start, (len(own), 1)), np.ones(len(own), dtype=bool)
         for leg in self._legs:
             moved += leg
-            chosen, of = distinct(own[:, moved])
-            columns = [self._drive_columns[index] for index in leg]
+            (on,) = np.nonzero(is_there)
+            chosen, of = distinct(own[on][:, moved])
+            first, columns = on[chosen], [self._drive_columns[index] for index in leg]
             found, ends = along_lines(
-                kinematics.part(leg, self._groups), x[chosen], columns, own[chosen][:, leg]
+                kinematics.part(leg, self._groups), x[first], columns, own[first][:, leg]
             )
-            x, is_there = np.where(is_there[:, None], found[of], x), is_there & ends[of]
+            x[on], is_there[on] = found[of], ends[of]
         return x, is_there
 
     def _beyond(self, asked: Array, own: Array, x: Array, is_there: Array) -> AssemblyError:

@@ -173,7 +173,7 @@ class Lines:
         guess, share = at.after(length), to[:, None]
         between = self._begins[line] + share * self._way[line]
         guess[:, self._columns] = np.where(share == 1.0, self._ends[line], between)
-        state = kinematics.close(guess)
+        state = kinematics.close(guess, within=ALLOWED)
         new = Rows.along(kinematics, state, self._way[line])
         # Towards a dead point the derivatives grow without bound: a step can be short enough to
         # extrapolate to its end, and too long to interpolate over it.
