@@ -508,6 +508,7 @@ def test_backwards_is_the_same_as_forwards(case: str) -> None:
     assert max(sizes.values()) > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", SWEEPS)
 def test_balances_of_the_proof_hold_for_derivatives(case: str) -> None:
     swept, names = SWEEPS[case]

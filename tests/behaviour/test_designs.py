@@ -145,6 +145,7 @@ def test_gravity_that_varies_is_that_of_other_scenes(name: str) -> None:
         assert_same(sweep, alone, slice(k, k + 1), 1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EVERY_KIND)
 def test_factors_on_inertia_are_those_of_other_descriptions(name: str) -> None:
     scene = scene_of(name)

@@ -253,6 +253,7 @@ def compare(name: str, digits: int) -> None:
             assert np.max(off, initial=0.0) < allowed * size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("digits", [4, 11])
 @pytest.mark.parametrize("name", MACHINES)
 def test_machines_with_few_digits(name: str, digits: int) -> None:

@@ -124,6 +124,7 @@ def test_elements(arm: cd.Mechanism) -> None:
         swept(arm, elements=[cd.PointSpring("eye", np.zeros(3), "tipp", end, 300.0)])
 
 
+@pytest.mark.slow
 def test_simulations(arm: cd.Mechanism) -> None:
     pull = np.array([1.0, -2.0, 3.0])
 

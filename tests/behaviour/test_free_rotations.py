@@ -185,6 +185,7 @@ def test_euler_poinsot_against_jacobis_elliptic_functions() -> None:
     np.testing.assert_allclose(momentum, np.tile(INERTIA * spin, (300, 1)), atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("miss", [0.0, 1e-9, 1e-3, 0.2])
 def test_elements_act_where_axes_coincide(miss: float) -> None:
     """Springs to the world, and along the middle angle: energy is kept, and no step is short."""

@@ -78,6 +78,7 @@ def advanced(scene: cd.Scene, state: Array, efforts: Array) -> Array:
     return np.concatenate([speed, np.linalg.solve(scene.mass_matrix(given[0])[0], needed)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank", "universal", "stewart"])
 def test_driven_motions_by_differences(name: str) -> None:
     scene = scene_of(name)

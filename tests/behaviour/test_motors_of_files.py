@@ -132,6 +132,7 @@ def rod(ball: str) -> str:
     <actuator><motor joint="a"/></actuator></mujoco>"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [pytest.param("x y z", marks=pytest.mark.slow), "z x y"])
 def test_three_hinges_are_a_ball(order: str) -> None:
     axes = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}

@@ -198,6 +198,7 @@ def six_hinges_and_slides() -> str:
     return text[:start] + elements + text[stop:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "single", "named"),
     [

@@ -32,6 +32,7 @@ def least(scene: cd.Scene, near: dict[str, float], around: float) -> float:
     return float(minimize_scalar(off, bounds=bounds, method="bounded", options={"xatol": 1e-9}).x)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("branch", "names"),
     [("A", OTHERS[:2]), ("B", OTHERS[:2]), ("B", OTHERS), ("A", (CRANK, *OTHERS))],

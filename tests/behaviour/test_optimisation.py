@@ -168,6 +168,7 @@ def test_least_squares_meet_a_linkage_again() -> None:
     assert review.limits == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["SLSQP", "trust-constr"])
 def test_designs_that_cannot_be_driven_are_too_long_a_step(method: str) -> None:
     """Its first steps lead to couplers too short for the crank to turn through."""
@@ -200,6 +201,7 @@ def _of_ends(sweep: cd.Sweep, by: cd.Derivative) -> float:
     return float(change[np.argmax(angle)] - change[np.argmin(angle)])
 
 
+@pytest.mark.slow
 def test_a_search_that_begins_where_nothing_closes_says_why() -> None:
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", held=dict.fromkeys(LENGTHS, 0.0))
     wide = cd.DesignVariables(lambda values: scene.sweep(PHI, held=values), WIDE)

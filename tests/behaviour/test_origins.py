@@ -126,6 +126,7 @@ CASES: dict[str, tuple[str, dict[str, Any], dict[str, float]]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_holding_one_is_what_a_text_with_it_is(case: str) -> None:
     source, arguments, changes = CASES[case]
@@ -322,6 +323,7 @@ def test_joints_keep_their_order() -> None:
     assert names == list(plain.model.names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rotor", [None, 0.01])
 def test_clearance_opens_pins_beside_them(rotor: float | None) -> None:
     """With a rotor, no text states what is simulated."""

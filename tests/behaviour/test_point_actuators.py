@@ -278,6 +278,7 @@ def test_an_equilibrium_in_a_row_has_no_stiffness() -> None:
     assert found.value.details["position"] == pytest.approx([0.1], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_an_equilibrium_beyond_a_table_says_so() -> None:
     table = [[0.0, 800.0], [0.1, 30.0]]
     with pytest.raises(cd.EquilibriumError, match=r"its table of length goes from 0 to 0\.1"):

@@ -246,6 +246,7 @@ def test_loops_that_last_digits_may_lock_are_named(tilt: str, length: float, sai
     assert cd.describe(mechanism).mobility == (length == 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("longer", "said"), [(1e-6, False), (2.5e-5, True)])
 def test_rods_of_two_lengths_are_made_one_or_told_what_would(longer: float, said: bool) -> None:
     """Their closing frames close at zero whatever the lengths are."""

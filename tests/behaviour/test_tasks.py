@@ -256,6 +256,7 @@ def test_excavator_against_its_geometry_and_virtual_work() -> None:
     assert tip.angular_acceleration[:, 1] == pytest.approx(-0.2, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_what_an_excavator_cannot_reach() -> None:
     scene = excavator()
     with pytest.raises(
@@ -387,6 +388,7 @@ def test_rates_are_right_where_cardan_angles_lock(turn: tuple[float, float, floa
     assert hand.angular_acceleration[0] == pytest.approx(more[3:], abs=1e-13 * scale)
 
 
+@pytest.mark.slow
 def test_rows_of_any_kind_meet() -> None:
     start = machines.five_bar_start()
     tasks = {
@@ -538,6 +540,7 @@ def test_derivatives_by_rows_of_a_task() -> None:
         assert slope == pytest.approx(summed, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_what_misses_a_task_shows() -> None:
     length = cd.load(machines.excavator()).characteristic_length
     sweep, rows = excavator().sweep(grading(3)), grading(3)
@@ -602,6 +605,7 @@ def test_designs_loads_and_speeds_broadcast() -> None:
     assert frame.task_position.attrs["units"] == "rad"
 
 
+@pytest.mark.slow
 def test_more_actuated_joints_than_decide_the_motion() -> None:
     joints = ["m1", "m2", "e1"]
     scene = five_bar(actuated=joints)
@@ -668,6 +672,7 @@ def test_a_floating_base_and_a_foot() -> None:
     assert sweep.balance_residual < 1e-13
 
 
+@pytest.mark.slow
 def test_scenes_and_sweeps_are_kept() -> None:
     scene = five_bar(elements=[cd.JointSpring("e1", 10.0, 0.1)])
     sweep = scene.sweep(*circle(TIMES))

@@ -142,6 +142,7 @@ def test_limits_of_the_ankle(ankle: cd.Transmission) -> None:
     assert ankle.effort_limits(motors) @ jacobian == pytest.approx(40.0 * corners, abs=1e-11)
 
 
+@pytest.mark.slow
 def test_singular_values_and_borders_of_the_ankle(ankle: cd.Transmission) -> None:
     values = ankle.singular_values([0.1, -0.2])
     assert values == pytest.approx(np.linalg.svd(ankle.jacobian([0.1, -0.2]))[1], rel=1e-13)

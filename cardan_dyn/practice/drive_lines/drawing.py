@@ -580,7 +580,7 @@ def margins(
         axes.barh(place, length, 0.6, edgecolor=color, **look)
         if _MOST_ROOM < abs(percent) < np.inf:
             cut = {"facecolor": "white", "edgecolor": "none", "pad": 0.3}
-            middle = {"ha": "center", "va": "center", "fontsize": _SMALL}
+            middle = {"ha": "center", "va": "center", "fontsize": SMALL}
             axes.text(0.94 * length, place, "//", bbox=cut, **middle)
         axes.annotate(
             row.texts[HEADINGS.index("margin")],
