@@ -105,6 +105,15 @@ def test_first_kind_of_singular_configuration() -> None:
     np.testing.assert_array_equal(scene.reachable(points), [True, False])
 
 
+def test_where_a_path_touches_the_end_of_reach_is_told() -> None:
+    scene, end = five_bar(), 0.438748219369606
+    close = scene.sweep([[0.0, 0.3], [0.0, end - 1e-9], [0.0, 0.3]])
+    assert "end of its reach at sample 1" in close.near_reach
+    assert close.near_reach in repr(close)
+    assert any("end of its reach" in doubt for doubt in cd.Report(close).doubts)
+    assert not scene.sweep([[0.0, 0.3], [0.0, end - 1e-4]]).near_reach
+
+
 def test_working_modes() -> None:
     ways = []
     for first, second in (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0):
