@@ -12,7 +12,7 @@ from ..core.description.origins import PREFIX
 from ..core.dynamics.differentiated import Change
 from ..core.dynamics.parameters import OfColumn, OfOrigin
 from ..core.results.derivative import Derivative, Swept, derivatives_of
-from ..kit.arrays import Array
+from ..kit.arrays import Array, flat
 from ..kit.errors import ModelError, choices
 from .tasks import AngleTask, PoseTask, Task
 
@@ -103,14 +103,34 @@ def task_derivatives(
         if name in of_rows or isinstance(known[name], OfColumn | OfOrigin):
             with nullcontext() if name in names else suppress(ModelError):
                 _refuse(tasks, name)
-                motion = derivatives_of(follower, [name])[name].motion
+                motion = _followed(follower, name).motion
                 reads = motion.position, motion.velocity, motion.acceleration
                 for kind, read in zip(_OF_DRIVES, reads, strict=True):
-                    terms += [(read(d).reshape(-1), by[f"{kind}{d}"]) for d in drives]
+                    terms += [(flat(read(d), of.motion.shape), by[f"{kind}{d}"]) for d in drives]
                 found[name] = TaskDerivative(name, of, terms)
         else:
             found[name] = TaskDerivative(name, of, terms)
     return found
+
+
+def _followed(follower: Swept, name: str) -> Derivative:
+    """Return how what follows a task moves with a number.
+
+    Raises:
+        ModelError: it follows in a plane that the number leaves, or as a rod that spins idly, whose
+            line depends on it. Where the number is held, it follows in space, and the line turns.
+    """
+    try:
+        return derivatives_of(follower, [name])[name]
+    except ModelError as error:
+        if name in follower.problem.held:
+            raise
+        raise ModelError(
+            f"{name!r}: what follows the task is made for where it stands, so that no derivative "
+            f"is known; hold it there, held={{{name!r}: 0.0}}, whose derivative is the same, or "
+            "ask sweep.of_machine.derivative(...), which holds the motion of the drives",
+            name=name,
+        ) from error
 
 
 def _refuse(tasks: Sequence[Task], name: str) -> None:
