@@ -34,6 +34,11 @@ class _Sum(NamedTuple):
         each = (weights[:, None] * change.of(field, columns) for weights, change in self.terms)
         return np.asarray(sum(each))
 
+    def picks(self, field: str, columns: Any = slice(None)) -> Array:
+        """Return which columns of a field pick up self-stress, see `Change.picks`."""
+        each = [of.picks(field, columns) for weights, of in self.terms if np.any(weights)]
+        return np.any(each, axis=0) if each else np.zeros(1, dtype=bool)
+
 
 class TaskDerivative(Derivative):
     """How the results of a sweep change with a number, per its unit, while its task stays as given.
