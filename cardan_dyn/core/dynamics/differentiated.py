@@ -450,14 +450,13 @@ class Samples:
     def picked(self, parameters: Sequence[Parameter]) -> list[Array]:
         """Return `Change.picked` of each parameter.
 
-        With a self-stress S of size one, in which all take part, and the component c of a result,
-        a wrench is only known up to multiples of S. Where c S = 0 the result is unique; how it
-        changes is if c S′ = 0 as well.
+        Forces are known up to multiples of a self-stress S, in which all take part here. A result
+        c of them is unique if c S = 0; then how it changes is if c S′ = 0 as well.
         """
         none = np.zeros(len(self._sizes), dtype=bool)
         picked = [none] * len(parameters)
         turning = [k for k, item in enumerate(parameters) if isinstance(item, OfColumn | OfOrigin)]
-        if not (turning and self._is_stressed):
+        if not (turning and self.equations.are_stressed):
             return picked
         own = [parameters[k] for k in turning]
         runs = self._runs(_Forwards, Pattern(own, (), (), self._numbers_at, True), (), self._some)
@@ -469,38 +468,28 @@ class Samples:
             picked[k] = self._with_teeth(~(rates <= UNIQUE_TOLERANCE * least))
         return picked
 
-    def picking(self, parameters: Sequence[Parameter], rows: Collection[int]) -> Array:
-        """Return with which of the parameters any of some rows of results picks up self-stress."""
-        found = np.zeros(len(parameters), dtype=bool)
-        sizes = np.zeros(len(self._sizes))
-        sizes[[*rows]] = self._sizes[[*rows]]
-        if not (sizes.any() and self._is_stressed):
-            return found
+    def picking(self, parameters: Sequence[Parameter], rows: Collection[int]) -> list[str]:
+        """Return names of parameters with which any of some rows of results picks up self-stress.
+
+        None of the parameters opens a loop.
+        """
+        own = [item for item in parameters if isinstance(item, OfColumn | OfOrigin)]
+        asked, sizes = [*rows], np.zeros(len(self._sizes))
+        sizes[asked] = self._sizes[asked]
+        if not (own and sizes.any() and self.equations.are_stressed):
+            return []
         couplings = self.equations.place("couplings")
-        sizes[couplings] = self._sizes[couplings]
+        sizes[couplings] = self._sizes[couplings]  # Which teeth may press with.
         (weighted,) = sizes.nonzero()
-        turning = [k for k, item in enumerate(parameters) if isinstance(item, OfColumn | OfOrigin)]
-        own = [parameters[k] for k in turning]
-        if not own:
-            return found
         # A sum of all with generic weights tells, backwards, which parameters are worth a look.
         generics = generic(len(weighted), 1) * sizes[weighted, None]
         of = Pattern(own, (), tuple(weighted.tolist()), self._numbers_at, True)
         runs = self._runs(_Backwards, of, [generics], self._some)
         rates = np.max([np.abs(part.results[: len(own)]).max(axis=1) for _, part in runs], axis=0)
         units = np.array([self._inverse_unit(item) for item in own])
-        doubtful = np.flatnonzero(~(rates <= UNIQUE_TOLERANCE * units)).tolist()
-        for k, picked in zip(doubtful, self.picked([own[k] for k in doubtful]), strict=True):
-            found[turning[k]] = picked[[*rows]].any()
-        return found
-
-    @property
-    def _is_stressed(self) -> bool:
-        """Whether there is any self-stress of wanted forces."""
-        roles = self.equations.roles
-        return not (self._moves_alone or roles.efforts_alone) and any(
-            block.is_balanced and len(block.rows) > len(block.passives) for block in roles.blocks
-        )
+        doubtful = [own[k] for k in np.flatnonzero(~(rates <= UNIQUE_TOLERANCE * units))]
+        picked = zip(doubtful, self.picked(doubtful), strict=True)
+        return [item.name for item, of in picked if of[asked].any()]
 
     @property
     def _some(self) -> Array:
@@ -514,7 +503,9 @@ class Samples:
         tree, sizes = equations.tree, np.zeros(equations.place("rests").stop)
         lengths = np.repeat([tree.norm_length * tree.length, 1.0], 3)
         sizes[equations.place("wrenches")] = np.tile(lengths, equations.wrenches)
-        sizes[equations.place("efforts")] = coordinates.rate_scale
+        # No self-stress is in what drives exert: their motion does work on none.
+        held = [equations.place("efforts").start + rate for rate in equations.roles.held]
+        sizes[held] = coordinates.rate_scale[[*equations.roles.held]]
         sizes[equations.place("couplings")] = 1.0
         return sizes / tree.length**2
 
@@ -582,8 +573,7 @@ class Samples:
         names = tuple(item.name for item in of.parameters)
         loaded = tuple(name for name, _ in self._links)
         changing = names, loaded, tuple(of.seeded), tuple(of.weighted), acting.tobytes()
-        changing = *changing, of.of_stress
-        key = kind, self._taped.key, self._kind, *changing
+        key = kind, self._taped.key, self._kind, *changing, of.of_stress
         runs: list[tuple[_Tape, Part]] = []
         left = np.arange(count) if samples is None else samples
         for order, shadows, lanes, is_own in self._orders(left):
@@ -630,12 +620,13 @@ class Samples:
 
 def _greatest(runs: Sequence[tuple[_Forwards, Part]], index: int, of: int) -> Array:
     """Return the greatest magnitudes of numbers of a parameter (index), see `_Forwards.places`."""
-    found = []
+    result = np.zeros(len(runs[0][0].places[index][of]))
     for tape, part in runs:
-        # What is nowhere written is zero.
-        most = np.append(np.abs(part.results).max(axis=1, initial=0.0), 0.0)
-        found.append(most[tape.places[index][of]])
-    return np.asarray(np.max(found, axis=0))
+        rows = tape.places[index][of]
+        (written,) = np.nonzero(rows >= 0)
+        most = np.abs(part.results[rows[written]]).max(axis=1, initial=0.0)
+        result[written] = np.maximum(result[written], most)
+    return result
 
 
 def _of_lanes(lanes: Array, parts: Sequence[Array], count: int) -> list[Array]:
@@ -722,8 +713,8 @@ class Differentiated:
         opened = slopes[len(parameters) :].max(axis=1, initial=0.0)
         return slopes[: len(parameters)].sum(axis=1) + more, opened
 
-    def picking(self, parameters: Sequence[Parameter], rows: Collection[int]) -> Array:
-        """Return with which of the parameters any of some rows of results picks up self-stress."""
+    def picking(self, parameters: Sequence[Parameter], rows: Collection[int]) -> list[str]:
+        """See `Samples.picking`."""
         return self._samples.picking(parameters, rows)
 
     def residuals(self, parameter: Parameter, change: Change) -> tuple[float, float]:

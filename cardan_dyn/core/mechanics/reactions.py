@@ -548,15 +548,16 @@ class SelfStresses(NamedTuple):
 def self_stress(tree: Tree, at: Placed, factors: Eliminated, statics: Statics) -> Closed:
     """Return a self-stress of size one in which all those of redundant closure rows take part.
 
-    Arguments as of `closed`.
+    Arguments as of `closed`. It vanishes where none of them loads anything that counts.
     """
     rows = [row for row in factors.redundant if row in statics.balanced]
     amounts = generic(len(rows), 1)[:, 0].tolist()
     stress = Closed.of(tree, at, combined([factors.dependence(row) for row in rows], amounts))
     entries = _entries(tree, at, stress, statics.counted), _moments(tree, stress)
-    size = sqrt(sum((product(own, own) for own in entries), 0.0))
     none = Closed(dict.fromkeys(range(len(tree.bodies)), (ZERO, ZERO)), {}, {})
-    return none.with_added(1.0 / size, stress)
+    if not any(entries):
+        return none
+    return none.with_added(1.0 / sqrt(sum((product(own, own) for own in entries), 0.0)), stress)
 
 
 def _entries(tree: Tree, at: Placed, of: Closed, counted: Collection[int]) -> dict[int, Scalar]:

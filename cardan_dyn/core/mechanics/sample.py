@@ -381,9 +381,24 @@ def stressed_at(position: Position, tree: Tree, roles: Roles) -> Solved:
     at, factors = position.at, position.factors
     stress = self_stress(tree, at, factors, roles.statics)
     efforts = _exerted(tree, at, roles, stress, {})
-    told = *_in_frames(tree, at, stress), efforts, stress.couplings, {}
-    judged = [], 0.0, position.error, position.turned, factors.growth, factors.narrowness
-    return Solved(position.x, [{} for _ in roles.drives], {}, {}, *told, *judged)
+    wrenches, fixed = _in_frames(tree, at, stress)
+    return Solved(
+        position.x,
+        ratios=[{} for _ in roles.drives],
+        v={},
+        a={},
+        wrenches=wrenches,
+        fixed=fixed,
+        exerted=efforts,
+        couplings=stress.couplings,
+        rests={},
+        unheld=[],
+        step=0.0,
+        error=position.error,
+        turned=position.turned,
+        growth=factors.growth,
+        narrowness=factors.narrowness,
+    )
 
 
 def openings(

@@ -191,8 +191,9 @@ class Derivative(Frozen):
             ModelError: it is no output.
         """
         names = [f"{joint}.{kind}" for kind in ("force", "moment")]
+        force, moment = map(self._read, names)
         unique = np.concatenate([self._unique(_rows_of(self._of, name)) for name in names])
-        return WrenchDerivative(*map(self._read, names), read_only(unique))
+        return WrenchDerivative(force, moment, read_only(unique))
 
     @cached_property
     def drive_effort(self) -> Array:
@@ -368,20 +369,18 @@ def slopes_of(
         rows[row] = rows.get(row, 0.0) + own
     with np.errstate(all="ignore"):
         slopes, opened = samples.slopes([*parameters.values()], rows)
-        picking = samples.picking([*parameters.values()], rows)
-    each = zip(parameters, slopes.tolist(), opened.tolist(), picking.tolist(), strict=True)
-    return frozen(
-        {
-            name: slope
-            for name, slope, rate, picks in each
-            if not _refused(name, rate, 1.0, name in names)
-            and not (picks and refused_picking(name, name in names))
-        }
-    )
+    each = zip(parameters, slopes.tolist(), opened.tolist(), strict=True)
+    found = {
+        name: slope for name, slope, rate in each if not _refused(name, rate, 1.0, name in names)
+    }
+    for name in samples.picking([parameters[name] for name in found], rows):
+        refuse_turned(name, name in names)
+        del found[name]
+    return frozen(found)
 
 
-def refused_picking(name: str, is_asked: bool) -> bool:
-    """Refuse the derivative of a sum by a parameter with which a weighted component turns open.
+def refuse_turned(name: str, is_asked: bool) -> None:
+    """Refuse the derivative of a sum by a parameter if self-stress turns into what is weighted.
 
     Args:
         name: of the parameter.
@@ -396,7 +395,6 @@ def refused_picking(name: str, is_asked: bool) -> bool:
             f"motion alone: leave out what is NaN in derivative({name!r})",
             name=name,
         )
-    return True
 
 
 def weighed(of: Swept, weights: Mapping[str, ArrayLike]) -> Iterator[tuple[str, int, Array]]:
