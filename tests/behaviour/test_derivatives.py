@@ -302,6 +302,20 @@ def test_self_stress_turns_into_what_is_unique(size: float) -> None:
         sweep.gradient({"swivel.moment_z": 1.0}, "origin:far.successor.y")
 
 
+def test_self_stress_turns_while_a_task_is_held() -> None:
+    mechanism = cd.load(STRUT.replace("SIZE", "2.0"))
+    task = {"task": cd.PointTask("arm", axes="x"), "actuated": "drive", "near": {"drive": 1.0}}
+    sweep = cd.Scene(mechanism, held={"swivel": 0.0}, **task).sweep(2.0 * np.cos([0.8, 1.2]))
+    names = "swivel", "origin:swivel.y", "arm.x", "origin:near.yaw"
+    for name, by in sweep.derivative(*names).items():
+        turned = ACROSS & TURNED.get(name, set())
+        assert by["swivel"].unique[1] == (not turned)
+        assert np.isnan(by["swivel"].force[:, 1]).all() == bool(turned)
+    assert [*sweep.gradient({"swivel.force_y": 1.0}, "*swivel*")] == ["load:swivel"]
+    with pytest.raises(cd.ModelError, match="does not follow from the laws of motion alone"):
+        sweep.gradient({"swivel.force_y": 1.0}, *names)
+
+
 @pytest.mark.parametrize(
     ("name", "told"),
     [
