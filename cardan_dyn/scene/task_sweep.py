@@ -221,7 +221,8 @@ class TaskSweep(Sweep):
 
         by = self._derivatives(parameters)
         weighted = [*weighed(self._swept(parameters), weights)]
-        return frozen({name: item.weighed(weighted) for name, item in by.items()})
+        slopes = {name: item.weighed(weighted, name in parameters) for name, item in by.items()}
+        return frozen({name: slope for name, slope in slopes.items() if slope is not None})
 
     def _derivatives(self, parameters: tuple[str, ...]) -> Mapping[str, TaskDerivative]:
         from .task_derivative import task_derivatives  # Few sweeps are differentiated.

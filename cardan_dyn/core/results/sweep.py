@@ -586,7 +586,8 @@ class Sweep(MotionResult):
 
         Raises:
             ArgumentError: as `derivative`; weights that are no numbers, or have another shape.
-            ModelError: as `derivative`; no such result, or one that is not unique.
+            ModelError: as `derivative`; no such result, or one that is not unique, or whose change
+                with a parameter is not.
         """
         from .derivative import slopes_of
 
