@@ -100,12 +100,22 @@ class Change(NamedTuple):
 
     def of(self, field: str, columns: Any = slice(None)) -> Array:
         """Return changes of a field of `Found`, of some of its columns `(N, …)`."""
-        wanted = np.arange(self.equations.outputs)[self.equations.place(field)][columns]
-        result = np.zeros((len(wanted), self.samples))
-        for part, rows in self.parts:
-            (places,) = np.nonzero(rows[wanted] >= 0)
-            part.put(result, rows[wanted[places]], places)
-        return result.T
+        return changes_of([self], field, columns)[:, :, 0]
+
+
+def changes_of(changes: Sequence[Change], field: str, columns: Any = slice(None)) -> Array:
+    """Return changes of a field of `Found` with k parameters that were asked for together.
+
+    Those of some of its columns `(N, …, k)`.
+    """
+    first = changes[0]
+    wanted = np.arange(first.equations.outputs)[first.equations.place(field)][columns]
+    result = np.zeros((len(wanted) * len(changes), first.samples))
+    for index, (part, _) in enumerate(first.parts):
+        rows = np.column_stack([change.parts[index][1][wanted] for change in changes]).ravel()
+        (places,) = np.nonzero(rows >= 0)
+        part.put(result, rows[places], places)
+    return result.reshape(len(wanted), len(changes), -1).transpose(2, 0, 1)
 
 
 class Pattern(NamedTuple):
@@ -427,18 +437,18 @@ class Samples:
         others = [np.reshape([*of.values()], (-1, self._x.shape[1])) for of in seeds]
         of = Pattern(parameters, seeded, (), self._numbers_at)
         runs = self._runs(_Forwards, of, others)
+        told = np.zeros((len(parameters), 2))
+        for tape, part in runs:
+            rows = np.array([own for own, _ in tape.places], dtype=int).reshape(-1, 2)
+            is_told = rows >= 0
+            # Other samples are those of another tape.
+            columns = slice(None) if part.columns is None else part.columns
+            most = part.results[rows[is_told]][:, columns].max(axis=1, initial=0.0)
+            told[is_told] = np.maximum(told[is_told], most)
         changes = []
-        for k in range(len(parameters)):
-            told = np.zeros(2)
-            for tape, part in runs:
-                for index, row in enumerate(tape.places[k][0].tolist()):
-                    if row >= 0:
-                        # Other samples are those of another tape.
-                        columns = slice(None) if part.columns is None else part.columns
-                        most = part.results[row, columns].max(initial=0.0)
-                        told[index] = np.maximum(told[index], most)
+        for k, rates in enumerate(told.tolist()):
             parts = [(part, tape.places[k][1]) for tape, part in runs]
-            changes.append(Change(self.equations, self._x.shape[1], parts, *told.tolist()))
+            changes.append(Change(self.equations, self._x.shape[1], parts, *rates))
         return changes
 
     def slopes(
@@ -486,9 +496,9 @@ class Samples:
         changing = names, loaded, tuple(of.seeded), tuple(of.weighted), acting.tobytes()
         key = kind, self._taped.key, self._kind, *changing
         runs: list[tuple[_Tape, Part]] = []
-        left = np.arange(count)
-        for order, shadows, lanes, is_own in self._orders(left):
-            chosen = left if len(lanes) == count else left[np.isin(left, lanes)]
+        is_left = np.ones(count, dtype=bool)
+        for order, shadows, lanes, is_own in self._orders(np.arange(count)):
+            chosen = lanes[is_left[lanes]]
             if not len(chosen):
                 continue
             own = *key, tuple(order.places), shadows.tobytes()
@@ -509,8 +519,8 @@ class Samples:
                 return [(tape, Part(results))]
             (held,) = holds.nonzero()
             runs.append((tape, Part(results, held, chosen[held])))
-            left = np.setdiff1d(left, chosen[held])
-            if not len(left):
+            is_left[chosen[held]] = False
+            if not is_left.any():
                 break
         return runs
 
