@@ -110,12 +110,13 @@ def changes_of(changes: Sequence[Change], field: str, columns: Any = slice(None)
     """
     first = changes[0]
     wanted = np.arange(first.equations.outputs)[first.equations.place(field)][columns]
-    result = np.zeros((len(wanted) * len(changes), first.samples))
+    result = np.zeros((len(wanted), len(changes), first.samples))
+    every = result.reshape(len(wanted) * len(changes), first.samples)
     for index, (part, _) in enumerate(first.parts):
         rows = np.column_stack([change.parts[index][1][wanted] for change in changes]).ravel()
         (places,) = np.nonzero(rows >= 0)
-        part.put(result, rows[places], places)
-    return result.reshape(len(wanted), len(changes), -1).transpose(2, 0, 1)
+        part.put(every, rows[places], places)
+    return result.transpose(2, 0, 1)
 
 
 class Pattern(NamedTuple):
