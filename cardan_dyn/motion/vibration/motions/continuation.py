@@ -1,8 +1,9 @@
 """Continuation: periodic motions along a curve through speed, which turns back where they vanish.
 
-Speed is an unknown like the nodes of the motion; each step goes along the tangent of the curve and
-is corrected across it, so that folds are passed as any other place (pseudo-arclength). Where the
-sign of the Jacobian changes without a fold, another curve crosses this one.
+Speed is an unknown like the nodes of the motion; each step goes on through the last points along
+their tangents and is corrected across these, so that folds are passed as any other place
+(pseudo-arclength). Where the sign of the Jacobian changes without a fold, another curve crosses
+this one.
 
 Source: Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, 1977.
 """
@@ -30,8 +31,6 @@ _FORETOLD = 0.02
 """Error of a motion that was foretold, in the same measure, at which a step is right."""
 _TURN = 0.45
 """Angle between two tangents [rad] from which on a step was too long."""
-_KNOWN = 3
-"""Points through which the next one is foretold."""
 _AT_LAST = 5e-3
 """Shortest step towards the end of what is asked for."""
 _CUT = 1e-4
@@ -195,7 +194,7 @@ class Branch:
         way, rate = self._along(point)
         guess = point._replace(q=point.q + step * way, speed=point.speed + step * rate)
         if len(self.points) > 1:
-            at, places = self._curve(self.points[-_KNOWN:])
+            at, places = self._curve(self.points[-3:])
             guess = at(places[-1] + step)
         if guess.speed * self._last <= 0.0:
             return None
@@ -367,10 +366,11 @@ class Branch:
                 return top
             point, gap = there
             size = measure(point)
-            inner = top if size > most else point
-            low, high = (inner, high) if place > 0.0 else (low, inner)
             if size > most:
+                low, high = (top, high) if place > 0.0 else (low, top)
                 top, most = point, size
+            else:
+                low, high = (low, point) if place > 0.0 else (point, high)
             # Curves through points that are close to each other foretell what is between them.
             if gap <= ROUNDED or gap > 0.5 * before:
                 return top
@@ -390,6 +390,9 @@ class Branch:
         is_above, gap = measure(first) > 0.0, np.inf
         while True:
             at, places = self._curve([first, second])
+            if (measure(at(0.0)) > 0.0) == (measure(at(places[-1])) > 0.0):
+                # To rounding, it is zero at one of them.
+                return min(first, second, key=lambda point: abs(measure(point)))
             place = brentq(lambda place, at=at: measure(at(place)), *places)
             there, before = self._met(first, second, place / places[-1]), gap
             if there is None:
