@@ -72,6 +72,12 @@ class Part(NamedTuple):
     columns: Array | None = None
     samples: Array | None = None
 
+    def holding(self, rows: Array | slice) -> Array:
+        """Return rows of the results at the samples that hold; others are those of another tape."""
+        return (
+            self.results[rows, :] if self.columns is None else self.results[rows][:, self.columns]
+        )
+
     def put(self, values: Array, rows: Array, places: Array) -> None:
         """Write rows of the results into places of values `(…, N)`."""
         if self.columns is None or self.samples is None:
@@ -107,12 +113,23 @@ class Change(NamedTuple):
 
     def of(self, field: str, columns: Any = slice(None)) -> Array:
         """Return changes of a field of `Found`, of some of its columns `(N, …)`."""
-        wanted = np.arange(self.equations.outputs)[self.equations.place(field)][columns]
-        result = np.zeros((len(wanted), self.samples))
-        for part, rows in self.parts:
-            (places,) = np.nonzero(rows[wanted] >= 0)
-            part.put(result, rows[wanted[places]], places)
-        return result.T
+        return changes_of([self], field, columns)[:, :, 0]
+
+
+def changes_of(changes: Sequence[Change], field: str, columns: Any = slice(None)) -> Array:
+    """Return changes of a field of `Found` with k parameters that were asked for together.
+
+    Those of some of its columns `(N, …, k)`.
+    """
+    first = changes[0]
+    wanted = np.arange(first.equations.outputs)[first.equations.place(field)][columns]
+    result = np.zeros((len(wanted), len(changes), first.samples))
+    every = result.reshape(len(wanted) * len(changes), first.samples)
+    for index, (part, _) in enumerate(first.parts):
+        rows = np.column_stack([change.parts[index][1][wanted] for change in changes]).ravel()
+        (places,) = np.nonzero(rows >= 0)
+        part.put(every, rows[places], places)
+    return result.transpose(2, 0, 1)
 
 
 class Pattern(NamedTuple):
@@ -485,7 +502,8 @@ class Samples:
         generics = generic(len(weighted), 1) * sizes[weighted, None]
         of = Pattern(own, (), tuple(weighted.tolist()), self._numbers_at, True)
         runs = self._runs(_Backwards, of, [generics], self._some)
-        rates = np.max([np.abs(part.results[: len(own)]).max(axis=1) for _, part in runs], axis=0)
+        every = [np.abs(part.holding(slice(len(own)))).max(axis=1) for _, part in runs]
+        rates = np.max(every, axis=0)
         units = np.array([self._inverse_unit(item) for item in own])
         doubtful = [own[k] for k in np.flatnonzero(~(rates <= UNIQUE_TOLERANCE * units))]
         picked = zip(doubtful, self.picked(doubtful), strict=True)
@@ -575,9 +593,10 @@ class Samples:
         changing = names, loaded, tuple(of.seeded), tuple(of.weighted), acting.tobytes()
         key = kind, self._taped.key, self._kind, *changing, of.of_stress
         runs: list[tuple[_Tape, Part]] = []
-        left = np.arange(count) if samples is None else samples
-        for order, shadows, lanes, is_own in self._orders(left):
-            chosen = left if len(lanes) == count else left[np.isin(left, lanes)]
+        is_left = np.zeros(count, dtype=bool)
+        is_left[slice(None) if samples is None else samples] = True
+        for order, shadows, lanes, is_own in self._orders(np.flatnonzero(is_left)):
+            chosen = lanes[is_left[lanes]]
             if not len(chosen):
                 continue
             own = *key, tuple(order.places), shadows.tobytes()
@@ -598,8 +617,8 @@ class Samples:
                 return [(tape, Part(results))]
             (held,) = holds.nonzero()
             runs.append((tape, Part(results, held, chosen[held])))
-            left = np.setdiff1d(left, chosen[held])
-            if not len(left):
+            is_left[chosen[held]] = False
+            if not is_left.any():
                 break
         return runs
 
@@ -624,9 +643,7 @@ def _greatest(runs: Sequence[tuple[_Forwards, Part]], index: int, of: int) -> Ar
     for tape, part in runs:
         rows = tape.places[index][of]
         (written,) = np.nonzero(rows >= 0)
-        # Other samples are those of another tape.
-        columns = slice(None) if part.columns is None else part.columns
-        most = np.abs(part.results[rows[written]][:, columns]).max(axis=1, initial=0.0)
+        most = np.abs(part.holding(rows[written])).max(axis=1, initial=0.0)
         result[written] = np.maximum(result[written], most)
     return result
 

@@ -14,7 +14,7 @@ from ...kit.checks import mapping, numbers, vector
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import Frozen, frozen, read_only
 from ..description.origins import PREFIX
-from ..dynamics.differentiated import Change, Differentiated
+from ..dynamics.differentiated import Change, Differentiated, changes_of
 from ..dynamics.inverse_dynamics import Inputs
 from ..dynamics.parameters import Parameter
 from ..dynamics.problem_solver import (
@@ -464,8 +464,7 @@ def efforts_by(
         for name, change in zip(parameters, changes, strict=True):
             _refused(name, change.opened, change.farthest, is_asked=True)
         efforts.append(found.efforts[:, drives])
-        of = [change.of("efforts", drives) for change in changes]
-        slopes.append(np.stack(of, axis=2))
+        slopes.append(changes_of(changes, "efforts", drives))
     return np.concatenate(efforts), np.concatenate(slopes)
 
 
