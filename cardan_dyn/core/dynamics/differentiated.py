@@ -599,7 +599,9 @@ class Samples:
             chosen = lanes[is_left[lanes]]
             if not len(chosen):
                 continue
-            own = *key, tuple(order.places), shadows.tobytes()
+            # What compliances decide is chosen where a tape is traced, see `orders_at`.
+            at = b"" if is_own and not self.equations.roles.compliances else shadows.tobytes()
+            own = *key, tuple(order.places), at
             make = partial(kind, self.equations, order, shadows, acting, of)
             try:
                 tape = kept.of("derivatives", own, make)
