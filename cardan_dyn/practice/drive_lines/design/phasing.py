@@ -130,7 +130,7 @@ def phasing(
     bearings: Sequence[str] | None = None,
     torque: float | None = None,
     teeth: int | Mapping[str | int, int] | None = None,
-    fixed: Sequence[str | int] = (),
+    fixed: Sequence[str | int] | None = None,
     count: int = 8,
 ) -> Phasing[Line]:
     """Return where the forks have to stand so that an objective is least.
@@ -150,9 +150,11 @@ def phasing(
         bearings: names of the bearings whose forces count; all unless given.
         torque: of the input shaft, for bearing forces [N·m]; that of the line unless given.
         teeth: numbers of teeth of the splines on which forks can be turned, by shaft, or one
-            for all intermediate shafts: offsets are the present one and steps of 360°/teeth
-            from it. Forks of other shafts are free.
-        fixed: names or numbers of the intermediate shafts whose forks stay as they are.
+            for all intermediate shafts that are not fixed: offsets are the present one and steps
+            of 360°/teeth from it. Forks of other shafts are free.
+        fixed: names or numbers of the intermediate shafts whose forks stay as they are; unless
+            given, coupling pieces of centred joints, which are one forging, but for those that
+            `teeth` names.
         count: number of alternatives that are told, if there are as many.
 
     Raises:
@@ -201,7 +203,7 @@ def fork_task(
     bearings: Sequence[str] | None = None,
     torque: float | None = None,
     teeth: int | Mapping[str | int, int] | None = None,
-    fixed: Sequence[str | int] = (),
+    fixed: Sequence[str | int] | None = None,
     count: int = 8,
 ) -> ForkTask:
     """Return what is asked of forks; see `phasing`."""
@@ -236,7 +238,7 @@ def phased(line: Line, task: ForkTask) -> Phasing[Line]:
 
 
 def _allowed_offsets(
-    line: LineData, teeth: int | Mapping[str | int, int] | None, fixed: Sequence[str | int]
+    line: LineData, teeth: int | Mapping[str | int, int] | None, fixed: Sequence[str | int] | None
 ) -> list[Array | None]:
     """Return what the fork of each intermediate shaft can take; see `Allowed`."""
     if line.count < 2:
@@ -247,12 +249,14 @@ def _allowed_offsets(
     inner = range(1, line.count)
     if isinstance(fixed, (str, int)):
         fixed = (fixed,)
-    held = [_shaft_index(line, shaft, inner) for shaft in fixed]
-    if teeth is None:
-        of_shaft: dict[int, int] = {}
-    elif isinstance(teeth, Mapping):
+    of_shaft: dict[int, int] = {}
+    if isinstance(teeth, Mapping):
         of_shaft = {_shaft_index(line, shaft, inner): number for shaft, number in teeth.items()}
+    if fixed is None:
+        held = [index for index in line.centred if index not in of_shaft]
     else:
+        held = [_shaft_index(line, shaft, inner) for shaft in fixed]
+    if teeth is not None and not isinstance(teeth, Mapping):
         of_shaft = {index: teeth for index in inner if index not in held}
     twice = sorted(set(held) & set(of_shaft))
     if twice:

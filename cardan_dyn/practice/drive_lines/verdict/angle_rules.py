@@ -24,6 +24,11 @@ SQUARE = 1e-6
 """Distance of fork phases from multiples of 90° up to which signs + and - hold [rad]."""
 COARSE = 0.01
 """Relative error from which on a rule is said to be wrong."""
+PIECE = (
+    "both forks of the coupling piece of a centred joint stand in line, which makes the output "
+    "even: its fork offset parts them"
+)
+"""What is said of a coupling piece that has a fork offset."""
 _POSITIONS = 1440
 """In half a turn, which decide the greatest sum of accelerations."""
 _USUAL_LENGTH = (1.0, 2.0)
@@ -190,6 +195,7 @@ def _uniformity(case: Case) -> Iterator[VerdictRow]:
             value=beta,
             unit="rad",
             source="stated: it moves the shaft alone",
+            broken=(PIECE,) if k in line.centred and line.fork_offsets[k - 1] % np.pi else (),
             note=_lead(beta),
         )
 
