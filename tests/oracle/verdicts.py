@@ -591,10 +591,11 @@ def _angles(line: DriveLine, found: Judged, fastest: float) -> None:
     residual = np.arccos(min(1.0, 1.0 / first[:, -1].max()))
     found.most("uniformity", output, residual, np.radians(3.0))
     found.most("accelerations", output, np.abs(second[:, -1]).max() * fastest**2, 300.0)
-    if line.count > 1:
-        drive = np.abs(second[:, 1:-1].sum(axis=1)).max()
+    between = [k for k in range(1, line.count) if k not in line.centred]
+    if between:
+        drive = np.abs(second[:, between].sum(axis=1)).max()
         one, two = first[:, -1:], second[:, -1:]
-        coast = np.abs(((second * one - first * two) / one**3)[:, 1:-1].sum(axis=1)).max()
+        coast = np.abs(((second * one - first * two) / one**3)[:, between].sum(axis=1)).max()
         for value in (drive, coast):
             found.most("accelerations", "", value * fastest**2, 1000.0)
     centred = {joint for k in line.centred for joint in (k - 1, k)}
@@ -635,7 +636,7 @@ def values(line: DriveLine, worst: Worst) -> Iterator[tuple[str, str, str, float
             yield "static_ratings", line.joint_names[int(name)], "shock torque", size
         elif kind == "shaft" and line.shafts[int(name)].tube is not None:
             size = stress(line.shafts[int(name)].tube, size)
-            yield "tube", line.shaft_names[int(name)], "shear stress under T·K", size
+            yield "tube", line.shaft_names[int(name)], "shear stress up to T·K", size
 
 
 def differences(line: DriveLine, own: Judged, worst: Worst) -> Iterator[str]:

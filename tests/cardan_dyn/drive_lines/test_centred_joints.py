@@ -332,6 +332,21 @@ def test_crossed_forks_of_a_coupling_piece_are_told() -> None:
         assert any("coupling piece" in text for text in row.broken) == is_told
 
 
+def test_inertia_acceleration_is_that_of_the_shafts_between_joints() -> None:
+    line = wide_angle(
+        35.0, Centring(kind="ball", equal_at=np.radians(20.0)), torque=1.0, speed=50.0
+    )
+    found = line.analyse(positions=np.linspace(0.0, np.pi, 2001))
+    greatest = np.abs(found.acceleration).max(axis=0)
+    rows = {row.quantity: row for row in line.verdict() if row.rule == "accelerations"}
+    assert rows["inertia acceleration in drive"].value == pytest.approx(greatest[2], rel=1e-4)
+    piece = rows["angular acceleration of the coupling piece"]
+    assert piece.status == "stated" and piece.value == pytest.approx(greatest[1], rel=1e-4)
+    assert piece.value > 2.0 * greatest[2] > 0.0
+    even = wide_angle(35.0, Centring(), torque=1.0, speed=50.0).verdict()
+    assert next(row.value for row in even if row.quantity == "inertia acceleration in drive") == 0.0
+
+
 def test_arrangement_has_a_centring() -> None:
     line = arrangements.centred_double_joint(0.6, 0.06, equal_at=0.0)
     offset = centred_double_joint.centred_joint(0.06, 0.0, 0.6)

@@ -128,6 +128,8 @@ PUT_TOGETHER = {
     "{name} is held across its axis at {number} places, joints included, and 2 decide its forces",
     "give travel or profile of the spline of {name}",
     "give profile of the spline of {name}",
+    "mass and inertia of the input shaft",
+    "mass and inertia of the output shaft",
     "inertia of the input shaft",
     "inertia of the output shaft",
 }

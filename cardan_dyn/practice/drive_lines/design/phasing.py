@@ -9,14 +9,13 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from cardan_dyn.analytic import drive_line
-
 from ....kit.arrays import Array
 from ....kit.checks import described
 from ....kit.errors import ArgumentError, ModelError, choices
 from ....kit.extremes import greatest
 from ..line.data import LineData
 from ..line.fields import Entry, number
+from ..line.geometry import residual_angles
 from .fork_choice import Allowed, halved, least_residual, phases_of, tooth_offsets
 from .fork_polygon import angle, distance, least_greatest
 from .fork_search import Choice, minima
@@ -98,19 +97,6 @@ class Phasing(Generic[Line]):
 def in_words(objective: str, value: float) -> str:
     """Return a value of an objective with its unit."""
     return f"{np.degrees(value):.4g}°" if objective == "residual_angle" else f"{value:.5g} N"
-
-
-def residual_angles(betas: Array, phases: Array) -> Array:
-    """Return the residual angles behind all joints `(..., n)` [rad].
-
-    Args:
-        betas: `(n,)` joint angles [rad].
-        phases: `(..., n)` fork phases [rad].
-    """
-    ends = range(1, len(betas) + 1)
-    return np.stack(
-        [drive_line.residual_angle(betas[:end], phases[..., :end]) for end in ends], axis=-1
-    )
 
 
 def with_forks(line: Line, offsets: Array) -> Line:

@@ -409,7 +409,7 @@ def _how(causes: Causes, torque: float, full: float, speed: float, rate: float) 
     """Return a load case in words, as far as it is not that of the operating point itself."""
     listed = []
     if full and not torque:
-        listed.append("without torque")
+        listed.append("without drive torque")
     if torque * full < 0.0:
         listed.append("torque reversed")
     if causes.is_heavy and not speed:
