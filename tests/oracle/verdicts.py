@@ -259,6 +259,16 @@ def worst_forces(line: DriveLine) -> Worst:
         ends.append(total(("load", "")) @ axes[-1])
         for k in range(line.count + 1):
             most_of(found, ("shaft", str(k)), np.abs(ends[2 * k : 2 * k + 2]))
+    for speed, torque in points(line):
+        acting = {"torque": torque, "speed": speed**2, "weight": 1.0}
+        for k in range(line.count):
+            sides = ("even", "even") if line.even[k] else ("in", "out")
+            means = []
+            for i, side in enumerate(sides):
+                key = (f"{side} moment", str(k))
+                course = sum(factor * parts[name][key] for name, factor in acting.items())
+                means.append(np.mean(np.abs(course @ axes[k + i]) ** (10 / 3)))
+            found["worn", f"{k} {speed} {torque}"] = float(min(means)) ** 0.3
     loose = set()
     if not bodies.is_decided:
         _, values, vectors = np.linalg.svd(bodies.matrix[1])
@@ -395,8 +405,9 @@ def judged(line: DriveLine, worst: Worst) -> Judged:
             continue
         if joint.rated_torque is None and joint.capacity is None:
             found.open.add(("joint_life", where))
-        cycle = [(p.share, abs(p.speed), abs(p.torque)) for p in line.duty_cycle]
-        cycle = cycle or [(1.0, abs(line.speed or 0.0), abs(line.torque or 0.0))]
+        cycle = [(p.share, abs(p.speed), p.torque) for p in line.duty_cycle]
+        cycle = cycle or [(1.0, abs(line.speed or 0.0), line.torque or 0.0)]
+        cycle = [(q, n, worst.sizes["worn", f"{k} {n} {t}"]) for q, n, t in cycle]
         degrees = max(np.degrees(betas[k]), 3.0)
         damage = sum(q * n / RPM * degrees * (t / 1e3) ** (10 / 3) for q, n, t in cycle) * shock
         rule = "duty_cycle" if line.duty_cycle else "joint_life"
