@@ -259,6 +259,16 @@ def worst_forces(line: DriveLine) -> Worst:
         ends.append(total(("load", "")) @ axes[-1])
         for k in range(line.count + 1):
             most_of(found, ("shaft", str(k)), np.abs(ends[2 * k : 2 * k + 2]))
+    for speed, torque in points(line):
+        acting = {"torque": torque, "speed": speed**2, "weight": 1.0}
+        for k in range(line.count):
+            sides = ("even", "even") if line.even[k] else ("in", "out")
+            means = []
+            for i, side in enumerate(sides):
+                key = (f"{side} moment", str(k))
+                course = sum(factor * parts[name][key] for name, factor in acting.items())
+                means.append(np.mean(np.abs(course @ axes[k + i]) ** (10 / 3)))
+            found["worn", f"{k} {speed} {torque}"] = float(min(means)) ** 0.3
     loose = set()
     if not bodies.is_decided:
         _, values, vectors = np.linalg.svd(bodies.matrix[1])
@@ -395,8 +405,9 @@ def judged(line: DriveLine, worst: Worst) -> Judged:
             continue
         if joint.rated_torque is None and joint.capacity is None:
             found.open.add(("joint_life", where))
-        cycle = [(p.share, abs(p.speed), abs(p.torque)) for p in line.duty_cycle]
-        cycle = cycle or [(1.0, abs(line.speed or 0.0), abs(line.torque or 0.0))]
+        cycle = [(p.share, abs(p.speed), p.torque) for p in line.duty_cycle]
+        cycle = cycle or [(1.0, abs(line.speed or 0.0), line.torque or 0.0)]
+        cycle = [(q, n, worst.sizes["worn", f"{k} {n} {t}"]) for q, n, t in cycle]
         degrees = max(np.degrees(betas[k]), 3.0)
         damage = sum(q * n / RPM * degrees * (t / 1e3) ** (10 / 3) for q, n, t in cycle) * shock
         rule = "duty_cycle" if line.duty_cycle else "joint_life"
@@ -591,10 +602,11 @@ def _angles(line: DriveLine, found: Judged, fastest: float) -> None:
     residual = np.arccos(min(1.0, 1.0 / first[:, -1].max()))
     found.most("uniformity", output, residual, np.radians(3.0))
     found.most("accelerations", output, np.abs(second[:, -1]).max() * fastest**2, 300.0)
-    if line.count > 1:
-        drive = np.abs(second[:, 1:-1].sum(axis=1)).max()
+    between = [k for k in range(1, line.count) if k not in line.centred]
+    if between:
+        drive = np.abs(second[:, between].sum(axis=1)).max()
         one, two = first[:, -1:], second[:, -1:]
-        coast = np.abs(((second * one - first * two) / one**3)[:, 1:-1].sum(axis=1)).max()
+        coast = np.abs(((second * one - first * two) / one**3)[:, between].sum(axis=1)).max()
         for value in (drive, coast):
             found.most("accelerations", "", value * fastest**2, 1000.0)
     centred = {joint for k in line.centred for joint in (k - 1, k)}
@@ -635,7 +647,7 @@ def values(line: DriveLine, worst: Worst) -> Iterator[tuple[str, str, str, float
             yield "static_ratings", line.joint_names[int(name)], "shock torque", size
         elif kind == "shaft" and line.shafts[int(name)].tube is not None:
             size = stress(line.shafts[int(name)].tube, size)
-            yield "tube", line.shaft_names[int(name)], "shear stress under T·K", size
+            yield "tube", line.shaft_names[int(name)], "shear stress up to T·K", size
 
 
 def differences(line: DriveLine, own: Judged, worst: Worst) -> Iterator[str]:

@@ -33,6 +33,7 @@ THIN = "\N{NARROW NO-BREAK SPACE}"
 SPACE = "\N{NO-BREAK SPACE}"
 """Between a number and its unit: wider, so that no digit of the one joins the other."""
 MINUS = "\N{MINUS SIGN}"
+_SOFT_HYPHEN = "\N{SOFT HYPHEN}"
 NONE = "\N{EN DASH}"
 _LONGEST = 7
 """Digits before the decimal sign beyond which a number is written with a power of ten."""
@@ -131,9 +132,10 @@ _PLACES = {
     "quantity": rf"±?{_DECIMAL} ?(?:{_UNIT})(?![\w/²])",
     "number": _DECIMAL,
     "name": r"(?:(?!: ).)+?",
+    "field": r"\w+",
     "clause": r".+",
 }
-_PLACE = re.compile(r"\{(quantity|number|name|clause)\}")
+_PLACE = re.compile(r"\{(quantity|number|name|field|clause)\}")
 
 
 class Wording:
@@ -195,6 +197,8 @@ class Wording:
             return self.clause(text)
         if kind == "name":
             return text
+        if kind == "field":
+            return self._field(text)
         if kind == "number":
             return self.number(float(text), _digits(text), sign=text[0] == "+")
         found = _MEASURED.fullmatch(text)
@@ -209,6 +213,13 @@ class Wording:
             # What was rounded and is converted has one digit less, so that the last one is right.
             digits = max(digits - 1, 1)
         return lead + self.with_unit(self.number(float(value) * factor, digits), dimension)
+
+    def _field(self, name: str) -> str:
+        """Return a field of files in words, with its name for who has to give it."""
+        words = catalogue()["page"].get(name.replace("_", " "))
+        if self.language == "en" or words is None:
+            return name
+        return f"{words.replace(_SOFT_HYPHEN, '')} ({name})"
 
     def measure(self, dimension: str) -> Measure:
         """Return in what a dimension is told."""

@@ -36,7 +36,7 @@ product = cosines[0] * cosines[2] / cosines[1]
 np.testing.assert_allclose(value("axle", "residual angle"), np.arccos(product), rtol=1e-9)
 # Shear in the tube of 110 × 5.5 mm under 12 kN·m: 16 T D / (π (D⁴ - d⁴)).
 stress = 16.0 * 12e3 * 0.11 / (np.pi * (0.11**4 - 0.099**4))
-np.testing.assert_allclose(value("coupling_shaft", "shear stress under T·K"), stress, rtol=3e-4)
+np.testing.assert_allclose(value("coupling_shaft", "shear stress up to T·K"), stress, rtol=3e-4)
 
 judged = rows[rows.margin.notna()].sort_values("margin").head(14)
 figure, axes = plt.subplots(figsize=(7.6, 4.6), layout="constrained")

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.exhaustive import slopes_line
 from testkit.line_data import double_shaft, random_line
 
+from cardan_dyn.analytic.drive_line import residual_angle
 from cardan_dyn.drive_lines import DriveLine, Shaft, ShaftJoint, VerdictRow
+from cardan_dyn.practice.drive_lines.line.geometry import residual_angles
 from cardan_dyn.practice.drive_lines.verdict.angle_rules import inertia_ratio
 
 RPM = np.pi / 30
@@ -201,3 +204,26 @@ def test_a_size_in_no_table_is_said_to_be_so() -> None:
         row = found["joint_1", quantity]
         assert row.status == "open" and "size '2056' is none of Dana's" in row.note
         assert found["joint_2", quantity].status == "pass"
+
+
+def test_rounding_of_angles_is_zero() -> None:
+    """Residual angles are roots of differences, so that rounding leaves some 1e-8 of them."""
+    raw = []
+    for seed in range(20):
+        found = slopes_line(4, np.random.default_rng(seed)).phasing()
+        if found.bound == 0.0:
+            assert found.value == 0.0
+            raw.append(residual_angle(found.line.joint_angles, found.line.fork_phases))
+    assert 0.0 < max(raw) < 1e-7
+    differences = []
+    for slope in np.linspace(0.1, 0.6, 20):
+        line = double_shaft((0.0, 0.0, 0.0), (0.0, slope, 2.0 * slope))
+        differences.append(np.ptp(line.joint_angles))
+        (row,) = (row for row in line.verdict() if row.quantity.startswith("difference"))
+        assert row.value == 0.0
+    assert max(differences) > 0.0
+
+
+def test_angles_that_differ_by_more_than_rounding_stay() -> None:
+    found = residual_angles(np.array([0.3, 0.3 + 1e-9]), np.array([0.0, np.pi / 2]))
+    assert found[-1] == pytest.approx(np.sqrt(0.6e-9), rel=0.05)

@@ -302,6 +302,51 @@ def test_designs_do_not_move_a_piece() -> None:
     assert forks.loop_residual < 1e-9
 
 
+def test_forks_of_a_coupling_piece_are_one_forging() -> None:
+    line = wide_angle(35.0, Centring(kind="ball", equal_at=np.radians(30.0)), torque=1.0, speed=1.0)
+    slopes = [*line.shafts[:3], dataclasses.replace(line.shafts[3], slope_plan=np.radians(40.0))]
+    line = line.replace(shafts=slopes)
+    free = line.phasing(fixed=[])
+    assert free.fork_offsets[0] != 0.0
+    for teeth in (None, 8):
+        found = line.phasing(teeth=teeth)
+        assert found.fork_offsets[0] == 0.0
+        assert free.value < found.value <= found.given_value
+    assert "of 4 choices" in line.phasing(teeth={1: 8}).method
+    one = line.variants(fork_offsets=[[0.3]]).held
+    assert one["fork_offset_1"] == [0.0] and one["fork_offset_2"] == [0.3]
+    named = line.variants(fork_offsets=[[0.3, 0.3]]).held
+    assert named["fork_offset_1"] == [0.3]
+
+
+def test_crossed_forks_of_a_coupling_piece_are_told() -> None:
+    line = wide_angle(35.0, Centring())
+    crossed = [*line.shafts]
+    crossed[1] = dataclasses.replace(crossed[1], fork_offset=0.1)
+    for given, is_told in ((line, False), (line.replace(shafts=crossed), True)):
+        row = next(
+            row
+            for row in given.verdict()
+            if (row.where, row.quantity) == (line.shaft_names[1], "residual angle")
+        )
+        assert any("coupling piece" in text for text in row.broken) == is_told
+
+
+def test_inertia_acceleration_is_that_of_the_shafts_between_joints() -> None:
+    line = wide_angle(
+        35.0, Centring(kind="ball", equal_at=np.radians(20.0)), torque=1.0, speed=50.0
+    )
+    found = line.analyse(positions=np.linspace(0.0, np.pi, 2001))
+    greatest = np.abs(found.acceleration).max(axis=0)
+    rows = {row.quantity: row for row in line.verdict() if row.rule == "accelerations"}
+    assert rows["inertia acceleration in drive"].value == pytest.approx(greatest[2], rel=1e-4)
+    piece = rows["angular acceleration of the coupling piece"]
+    assert piece.status == "stated" and piece.value == pytest.approx(greatest[1], rel=1e-4)
+    assert piece.value > 2.0 * greatest[2] > 0.0
+    even = wide_angle(35.0, Centring(), torque=1.0, speed=50.0).verdict()
+    assert next(row.value for row in even if row.quantity == "inertia acceleration in drive") == 0.0
+
+
 def test_arrangement_has_a_centring() -> None:
     line = arrangements.centred_double_joint(0.6, 0.06, equal_at=0.0)
     offset = centred_double_joint.centred_joint(0.06, 0.0, 0.6)

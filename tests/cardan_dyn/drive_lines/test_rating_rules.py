@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from testkit.line_data import double_shaft, random_line
 
-from cardan_dyn.drive_lines import DriveLine, DutyPoint, ShaftJoint, VerdictRow
+from cardan_dyn.drive_lines import DriveLine, DutyPoint, Shaft, ShaftJoint, VerdictRow
 
 RPM = np.pi / 30
 HOUR = 3600.0
@@ -42,6 +42,36 @@ def test_kleins_case_needs_another_rating() -> None:
     assert needed.value == pytest.approx(2185.0, abs=0.5)
     enough = case.replace(joints=[ShaftJoint(rated_torque=needed.value), ShaftJoint()])
     assert rows(enough, "joint_life")[0].value == pytest.approx(2000 * HOUR, rel=1e-12)
+
+
+@pytest.mark.parametrize("field", ["rated_torque", "capacity"])
+def test_life_goes_by_the_torque_that_occurs(field: str) -> None:
+    """A mower behind one joint: its inertia makes several times the given torque."""
+    beta, speed, torque, inertia = np.radians(35.0), 1000 * RPM, 430.0, 1.2
+    shafts = [Shaft(mass=20.0, inertia=0.6), Shaft(slope_plan=beta, mass=40.0, inertia=inertia)]
+    joint = ShaftJoint(**{field: 1300.0 if field == "rated_torque" else 0.4})
+    mower = DriveLine(shafts=shafts, joints=[joint], speed=speed, torque=torque, life=1000 * HOUR)
+    (row,) = rows(mower, "joint_life")
+    # Ratio and acceleration of a single joint, in textbooks' closed form.
+    phi = np.linspace(0.0, np.pi, 20_000, endpoint=False)
+    ratio = np.cos(beta) / (1.0 - (np.sin(beta) * np.cos(phi)) ** 2)
+    rise = -(ratio**2) / np.cos(beta) * np.sin(beta) ** 2 * np.sin(2.0 * phi)
+    behind = torque / ratio + inertia * speed**2 * rise
+    sides = np.abs([behind * ratio, behind]) ** (10 / 3)
+    damage = 1000.0 * 35.0 * sides.mean(axis=1).min()
+    given = 1000.0 * 35.0 * torque ** (10 / 3)
+    constant = 1.5e6 * 1300.0 ** (10 / 3) if field == "rated_torque" else 0.4e20
+    assert row.value / HOUR == pytest.approx(constant / damage, rel=1e-6)
+    assert row.rule_value / HOUR == pytest.approx(constant / given, rel=1e-9)
+    assert row.value < 0.2 * row.rule_value
+    assert row.status == "fail" and "+" in row.broken[0] and "T_eq" in row.note
+    cycle = [DutyPoint(share=1.0, speed=speed, torque=torque)]
+    (of_cycle,) = rows(mower.replace(duty_cycle=cycle), "duty_cycle")
+    assert of_cycle.value == pytest.approx(row.value, rel=1e-12)
+    # The rating that is asked for is one that passes.
+    enough = ShaftJoint(**{field: row.inverses[0].value})
+    (passed,) = rows(mower.replace(joints=[enough]), "joint_life")
+    assert passed.status == "pass" and passed.value == pytest.approx(1000 * HOUR, rel=1e-9)
 
 
 @pytest.mark.parametrize("field", ["rated_torque", "capacity"])

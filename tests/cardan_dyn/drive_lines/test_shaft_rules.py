@@ -412,3 +412,13 @@ def test_worst_of_all_speeds_counts() -> None:
     share, distance = rows(line().replace(duty_cycle=cycle), "bending_speed")
     assert (share.condition, share.status) == ("fast", "pass")
     assert (distance.condition, distance.status) == ("half", "fail")
+
+
+def test_inertia_that_is_asked_for_needs_mass() -> None:
+    def missing(**end: float) -> str:
+        shafts = [Shaft(**end), Shaft(length=1.0, slope_plan=0.2), Shaft(mass=5.0, inertia=0.1)]
+        case = DriveLine(shafts=shafts, speed=100.0, torque=50.0)
+        return next(row.note for row in case.verdict() if row.rule == "torsional_speed")
+
+    assert missing().startswith("give mass and inertia of the input shaft")
+    assert missing(mass=5.0).startswith("give inertia of the input shaft")

@@ -104,11 +104,21 @@ def test_quantities_within_sentences() -> None:
     assert german == f"kritische Drehzahl 4489{gap}rpm, freie Länge 134{gap}in"
     assert Wording("de").sentence("angle error ±0.0367°") == "Drehwinkelfehler ±0,0367°"
     power = Wording("de").sentence("1.676e+05 W; no service_factor: K = 1")
-    assert power == f"167,6{gap}kW; kein service_factor: K = 1"
+    assert power == f"167,6{gap}kW; kein Betriebsfaktor (service_factor): K = 1"
     # A name is no quantity, whatever it looks like.
     name = "spline of shaft 2.5 mm slides"
     assert Wording("de", "imperial").sentence(name) == "Schiebestück von shaft 2.5 mm gleitet"
     assert Wording("de").sentence("said by nobody: 2.5 mm") == "said by nobody: 2.5 mm"
+
+
+def test_fields_of_files_have_words() -> None:
+    german, english = Wording("de"), Wording()
+    text = "B10 life by rated_torque"
+    assert english.sentence(text) == text
+    assert german.sentence(text) == "Lebensdauer B10 nach Nenndrehmoment T_D (rated_torque)"
+    asked = german.sentence("give largest_angle of the joint")
+    assert asked == "größter Beugewinkel (largest_angle) des Gelenks angeben"
+    assert german.sentence("PSS, CriticalSpeed; PTO practice").endswith("Zapfwellenpraxis")
 
 
 def test_both_languages_have_the_same_places() -> None:
@@ -128,8 +138,14 @@ PUT_TOGETHER = {
     "{name} is held across its axis at {number} places, joints included, and 2 decide its forces",
     "give travel or profile of the spline of {name}",
     "give profile of the spline of {name}",
+    "mass and inertia of the input shaft",
+    "mass and inertia of the output shaft",
     "inertia of the input shaft",
     "inertia of the output shaft",
+    "PSS, DriveshaftLayout, after AE-7 p. 50, normal",
+    "Spicer driveline installation manual, greatest angles by speed",
+    "Spicer driveline installation manual: equal within 1 degree",
+    "Spicer driveline installation manual: rollers that do not turn wear the pins",
 }
 """Texts of the catalogue whose words between places are put together from several of the source."""
 

@@ -428,7 +428,8 @@ def test_every_open_row_is_listed_with_what_to_give(
     judged: page.LineReport, texts: dict[tuple[str, str], str]
 ) -> None:
     text = html.unescape(texts["en", "si"])
-    listed = text[text.index("<h3>What is open") : text.index("<h3>What does not apply")]
+    _, _, after = text.partition("<h3>What is open")
+    listed = after[: after.find("<h3>")] if after else ""
     items = re.findall(r"<li>(.*?)</li>", listed)
     assert len(items) == len(judged.verdict.open)
     for item, row in zip(items, judged.verdict.open, strict=True):
@@ -490,3 +491,8 @@ def test_the_headline_is_green_only_where_everything_was_judged(tmp_path: Path) 
     failing = reported(double_shaft((0.1, 0.0, 0.3)))
     assert not failing.verdict.passed
     assert headline(failing) == "fail"
+
+
+def test_no_heading_stands_above_an_empty_list(texts: dict[tuple[str, str], str]) -> None:
+    for text in texts.values():
+        assert re.search(r"<ul[^>]*>\s*</ul>", text) is None

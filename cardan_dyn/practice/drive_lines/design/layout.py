@@ -12,6 +12,7 @@ import numpy as np
 from ....kit.arrays import NOTHING, Array
 from ....kit.checks import described
 from ....kit.errors import ArgumentError, ModelError, choices
+from ..line.geometry import residual_angles
 from ..line.supports import supports
 from .fork_choice import Allowed, least_residual, phases_of, tooth_offsets
 from .fork_polygon import angle, distance, least_greatest
@@ -24,7 +25,6 @@ from .phasing import (
     fork_task,
     in_words,
     phased,
-    residual_angles,
     with_forks,
 )
 from .support_loads import SupportLoads, support_loads

@@ -9,14 +9,13 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from cardan_dyn.analytic import drive_line
-
 from ....kit.arrays import Array
 from ....kit.checks import described
 from ....kit.errors import ArgumentError, ModelError, choices
 from ....kit.extremes import greatest
 from ..line.data import LineData
 from ..line.fields import Entry, number
+from ..line.geometry import residual_angles
 from .fork_choice import Allowed, halved, least_residual, phases_of, tooth_offsets
 from .fork_polygon import angle, distance, least_greatest
 from .fork_search import Choice, minima
@@ -100,19 +99,6 @@ def in_words(objective: str, value: float) -> str:
     return f"{np.degrees(value):.4g}°" if objective == "residual_angle" else f"{value:.5g} N"
 
 
-def residual_angles(betas: Array, phases: Array) -> Array:
-    """Return the residual angles behind all joints `(..., n)` [rad].
-
-    Args:
-        betas: `(n,)` joint angles [rad].
-        phases: `(..., n)` fork phases [rad].
-    """
-    ends = range(1, len(betas) + 1)
-    return np.stack(
-        [drive_line.residual_angle(betas[:end], phases[..., :end]) for end in ends], axis=-1
-    )
-
-
 def with_forks(line: Line, offsets: Array) -> Line:
     """Return a line with other fork offsets `(n - 1,)` [rad]."""
     inner = [
@@ -130,7 +116,7 @@ def phasing(
     bearings: Sequence[str] | None = None,
     torque: float | None = None,
     teeth: int | Mapping[str | int, int] | None = None,
-    fixed: Sequence[str | int] = (),
+    fixed: Sequence[str | int] | None = None,
     count: int = 8,
 ) -> Phasing[Line]:
     """Return where the forks have to stand so that an objective is least.
@@ -150,9 +136,11 @@ def phasing(
         bearings: names of the bearings whose forces count; all unless given.
         torque: of the input shaft, for bearing forces [N·m]; that of the line unless given.
         teeth: numbers of teeth of the splines on which forks can be turned, by shaft, or one
-            for all intermediate shafts: offsets are the present one and steps of 360°/teeth
-            from it. Forks of other shafts are free.
-        fixed: names or numbers of the intermediate shafts whose forks stay as they are.
+            for all intermediate shafts that are not fixed: offsets are the present one and steps
+            of 360°/teeth from it. Forks of other shafts are free.
+        fixed: names or numbers of the intermediate shafts whose forks stay as they are; unless
+            given, coupling pieces of centred joints, which are one forging, but for those that
+            `teeth` names.
         count: number of alternatives that are told, if there are as many.
 
     Raises:
@@ -201,7 +189,7 @@ def fork_task(
     bearings: Sequence[str] | None = None,
     torque: float | None = None,
     teeth: int | Mapping[str | int, int] | None = None,
-    fixed: Sequence[str | int] = (),
+    fixed: Sequence[str | int] | None = None,
     count: int = 8,
 ) -> ForkTask:
     """Return what is asked of forks; see `phasing`."""
@@ -236,7 +224,7 @@ def phased(line: Line, task: ForkTask) -> Phasing[Line]:
 
 
 def _allowed_offsets(
-    line: LineData, teeth: int | Mapping[str | int, int] | None, fixed: Sequence[str | int]
+    line: LineData, teeth: int | Mapping[str | int, int] | None, fixed: Sequence[str | int] | None
 ) -> list[Array | None]:
     """Return what the fork of each intermediate shaft can take; see `Allowed`."""
     if line.count < 2:
@@ -247,12 +235,14 @@ def _allowed_offsets(
     inner = range(1, line.count)
     if isinstance(fixed, (str, int)):
         fixed = (fixed,)
-    held = [_shaft_index(line, shaft, inner) for shaft in fixed]
-    if teeth is None:
-        of_shaft: dict[int, int] = {}
-    elif isinstance(teeth, Mapping):
+    of_shaft: dict[int, int] = {}
+    if isinstance(teeth, Mapping):
         of_shaft = {_shaft_index(line, shaft, inner): number for shaft, number in teeth.items()}
+    if fixed is None:
+        held = [index for index in line.centred if index not in of_shaft]
     else:
+        held = [_shaft_index(line, shaft, inner) for shaft in fixed]
+    if teeth is not None and not isinstance(teeth, Mapping):
         of_shaft = {index: teeth for index in inner if index not in held}
     twice = sorted(set(held) & set(of_shaft))
     if twice:

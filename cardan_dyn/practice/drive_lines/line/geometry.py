@@ -26,6 +26,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cardan_dyn.analytic import drive_line
+
 from ....kit.arrays import EPS, NOTHING, Array
 from ....kit.errors import ModelError
 from ....kit.frozen import read_only
@@ -328,3 +330,21 @@ def lead(driving: Array | float, driven: Array | float) -> Array:
     2 atan(tan(a/2) tan(b/2)), exact for joint angles below 90°.
     """
     return np.asarray(2.0 * np.arctan(np.tan(np.divide(driving, 2)) * np.tan(np.divide(driven, 2))))
+
+
+def residual_angles(betas: Array, phases: Array) -> Array:
+    """Return the residual angles behind all joints `(..., n)` [rad].
+
+    Their squares are differences of those of joint angles: what is within the rounding of these,
+    is 0.
+
+    Args:
+        betas: `(n,)` joint angles [rad].
+        phases: `(..., n)` fork phases [rad].
+    """
+    ends = np.arange(1, len(betas) + 1)
+    found = np.stack(
+        [drive_line.residual_angle(betas[:end], phases[..., :end]) for end in ends], axis=-1
+    )
+    rounding = 4.0 * EPS * ends * np.cumsum(np.square(betas))
+    return np.where(found**2 <= rounding, 0.0, found)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -12,10 +12,11 @@ import numpy as np
 from cardan_dyn.analytic import drive_line, installation, single_joint, uniformity
 from cardan_dyn.analytic.limits import JOINT_SIZES, SPEED_ANGLES, Limit
 
-from ....kit.arrays import Array
+from ....kit.arrays import ROUNDED, Array
 from ....kit.errors import choices
 from ....kit.extremes import greatest
 from ....kit.roots import zeros
+from ..line.geometry import residual_angles
 from ..line.parts import ShaftJoint
 from .case import Case
 from .rows import Inverse, VerdictRow, judged, opened, stated, withheld
@@ -24,6 +25,11 @@ SQUARE = 1e-6
 """Distance of fork phases from multiples of 90° up to which signs + and - hold [rad]."""
 COARSE = 0.01
 """Relative error from which on a rule is said to be wrong."""
+PIECE = (
+    "both forks of the coupling piece of a centred joint stand in line, which makes the output "
+    "even: its fork offset parts them"
+)
+"""What is said of a coupling piece that has a fork offset."""
 _POSITIONS = 1440
 """In half a turn, which decide the greatest sum of accelerations."""
 _USUAL_LENGTH = (1.0, 2.0)
@@ -87,11 +93,17 @@ def _joint_angles(case: Case) -> Iterator[VerdictRow]:
             rule="joint_angles",
             where=line.shaft_names[k + 1],
             quantity="difference of both joint angles",
-            value=float(abs(line.joint_angles[k + 1] - line.joint_angles[k])),
+            value=_difference(*line.joint_angles[k : k + 2].tolist()),
             unit="rad",
         )
         other = _compensated_otherwise(case)
         yield stated(row, other) if other else case.held(row, "angle_difference")
+
+
+def _difference(one: float, other: float) -> float:
+    """Return by how much two angles differ; 0 within their rounding."""
+    apart = abs(other - one)
+    return 0.0 if apart <= ROUNDED * max(one, other) else apart
 
 
 def _practical_angles(case: Case, row: VerdictRow) -> Iterator[VerdictRow]:
@@ -131,12 +143,13 @@ def _slopes(case: Case) -> Iterator[VerdictRow]:
         row = VerdictRow(rule="slopes", where="", quantity="joint angles by their views")
         yield stated(row, "a shaft leads not forward")
         return
-    worst = np.abs(np.hypot(views[:, 0], views[:, 1]) - case.line.joint_angles).max()
+    pairs = zip(np.hypot(*views.T).tolist(), case.line.joint_angles.tolist(), strict=True)
+    worst = max(_difference(*pair) for pair in pairs)
     yield VerdictRow(
         rule="slopes",
         where="",
         quantity="error of joint angles from sums of squares of both views",
-        value=float(worst),
+        value=worst,
         unit="rad",
         source="exact joint angles are judged",
     )
@@ -145,7 +158,8 @@ def _slopes(case: Case) -> Iterator[VerdictRow]:
 def _uniformity(case: Case) -> Iterator[VerdictRow]:
     line = case.line
     betas, phases, count = line.uneven_angles, line.fork_phases, line.count
-    exact = float(drive_line.residual_angle(betas, phases))
+    found = residual_angles(betas, phases).tolist()
+    exact = found[-1]
     by_rule = float(drive_line.residual_angle_approximate(betas, phases))
     broken = (*signs_hold(case), *first_order(exact, by_rule))
     limit = case.limit("residual_angle")
@@ -182,7 +196,7 @@ def _uniformity(case: Case) -> Iterator[VerdictRow]:
         else replace(of_u, status=held.status)
     )
     for k in range(1, count):
-        beta = float(drive_line.residual_angle(betas[:k], phases[:k]))
+        beta = found[k - 1]
         yield VerdictRow(
             rule="uniformity",
             where=line.shaft_names[k],
@@ -190,6 +204,7 @@ def _uniformity(case: Case) -> Iterator[VerdictRow]:
             value=beta,
             unit="rad",
             source="stated: it moves the shaft alone",
+            broken=(PIECE,) if k in line.centred and line.fork_offsets[k - 1] % np.pi else (),
             note=_lead(beta),
         )
 
@@ -237,18 +252,20 @@ def _allowed_last(case: Case, limit: Limit) -> tuple[Inverse, ...]:
     )
 
 
-def inertia_ratio(betas: Array, phases: Array) -> float:
-    """Return the greatest sum of the second derivatives of all intermediate shafts' rotations.
+def inertia_ratio(betas: Array, phases: Array, left_out: Collection[int] = ()) -> float:
+    """Return the greatest sum of the second derivatives of intermediate shafts' rotations.
 
     By the rotation of the shaft that turns evenly [1/rad], over half a turn.
 
     Args:
         betas: `(n,)` joint angles, from the shaft that turns evenly [rad].
         phases: `(n,)` fork phases [rad].
+        left_out: numbers of the shafts, from the one that turns evenly, that do not count.
     """
     turn = np.linspace(0.0, np.pi, _POSITIONS, endpoint=False)
     total = np.zeros_like(turn)
-    for end in range(1, len(betas)):
+    uneven = np.flatnonzero(residual_angles(betas, phases)[:-1]) + 1
+    for end in set(uneven.tolist()) - set(left_out):
         total += drive_line.acceleration_ratio(betas[:end], phases[:end], turn)
     return float(np.sqrt(greatest(total[:, None] ** 2)[0])[0])
 
@@ -260,7 +277,7 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
         yield opened(row, "give speed")
         return
     betas, phases, speed = line.uneven_angles, line.fork_phases, fastest.speed
-    residual = float(drive_line.residual_angle(betas, phases))
+    residual = float(residual_angles(betas, phases)[-1])
     # Seen from the output, every joint has its other pin as the driving one.
     back = betas[::-1], phases[::-1] + np.pi / 2
     listed: list[tuple[str, str, float, Any]] = [
@@ -271,24 +288,28 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
             drive_line.residual_angle_approximate(betas, phases),
         )
     ]
-    if line.count > 1:
+    short = line.centred
+    if line.count - len(short) > 1:
+        from_rear = [line.count - k for k in short]
         listed += [
             (
                 "inertia_acceleration",
                 "inertia acceleration in drive",
-                inertia_ratio(betas, phases),
-                uniformity.inertia_drive_angle(betas, phases),
+                inertia_ratio(betas, phases, short),
+                None if short else uniformity.inertia_drive_angle(betas, phases),
             ),
             (
                 "inertia_acceleration",
                 "inertia acceleration in coast",
-                inertia_ratio(*back),
-                uniformity.inertia_coast_angle(betas, phases),
+                inertia_ratio(*back, from_rear),
+                None if short else uniformity.inertia_coast_angle(betas, phases),
             ),
         ]
     for name, quantity, ratio, theta in listed:
         exact = float(ratio * np.square(speed))
-        by_rule = float(uniformity.angular_acceleration(theta, speed))
+        by_rule = None
+        if theta is not None:
+            by_rule = float(uniformity.angular_acceleration(theta, speed))
         limit, greatest = case.limit(name), case.limit(f"{name}_greatest")
         row = VerdictRow(
             rule="accelerations",
@@ -298,11 +319,22 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
             unit="rad/s^2",
             rule_value=by_rule,
             condition=fastest.name,
-            broken=(*signs_hold(case), *first_order(exact, by_rule)),
+            broken=() if by_rule is None else (*signs_hold(case), *first_order(exact, by_rule)),
             inverses=_allowed_speed(limit, ratio, speed),
             note="" if greatest is None else _within(exact, greatest),
         )
         yield case.held(row, name)
+    for k in short:
+        residual = float(residual_angles(betas[:k], phases[:k])[-1])
+        yield VerdictRow(
+            rule="accelerations",
+            where=line.shaft_names[k],
+            quantity="angular acceleration of the coupling piece",
+            value=float(single_joint.greatest_acceleration(residual) * np.square(speed)),
+            unit="rad/s^2",
+            condition=fastest.name,
+            source="stated: the rule is that of shafts between joints, not of short pieces",
+        )
 
 
 def _within(value: float, greatest: Limit) -> str:

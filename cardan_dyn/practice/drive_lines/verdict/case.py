@@ -19,6 +19,7 @@ from cardan_dyn.analytic.limits import CRITICAL_CONSTANTS, LIMITS, Limit
 from ....kit.arrays import ROUNDED, Array
 from ....kit.checks import described, mapping
 from ....kit.errors import ArgumentError, CardanError, choices
+from ....kit.periodic import resampled
 from ..line.data import LineData
 from .analysis import Analysis
 from .extremes import COMPONENTS, SIGNED, greatest_of, greatest_over
@@ -336,6 +337,21 @@ class Case:
         """Return the greatest torques at both ends of shaft k; likewise."""
         return self._torques(k, self.line.count + 1 + k)
 
+    def torques_over_a_turn(self, k: int, point: OperatingPoint) -> Array | None:
+        """Return the torques before and behind joint k at equal steps of a turn `(P, 2)` [N·m].
+
+        At the speed of an operating point under its torque alone, with inertia and weight, without
+        the service factor and with splines that do not slide. None where forces cannot be known.
+        """
+        if self.causes is None:
+            return None
+        count = len(self.causes.parts)
+        acting = np.array([point.torque or 0.0, (point.speed or 0.0) ** 2, 0.0, 1.0])[:count]
+        places = [self.line.count + 1 + k, k + 1]
+        parts = self._components("torque")[:count, :, places, 0]
+        # A power of a sum of harmonics has more of them.
+        return np.asarray(resampled(np.tensordot(acting, parts, 1), 4 * parts.shape[1], 0))
+
     def _torques(self, *places: int) -> Torques:
         if self.no_forces:
             torques = [self.service_factor * (point.torque or 0.0) for point in self.points]
@@ -393,7 +409,7 @@ def _how(causes: Causes, torque: float, full: float, speed: float, rate: float) 
     """Return a load case in words, as far as it is not that of the operating point itself."""
     listed = []
     if full and not torque:
-        listed.append("without torque")
+        listed.append("without drive torque")
     if torque * full < 0.0:
         listed.append("torque reversed")
     if causes.is_heavy and not speed:

@@ -8,11 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from cardan_dyn.analytic import drive_line, support_forces
+from cardan_dyn.analytic import support_forces
 from cardan_dyn.analytic.limits import Limit
 
 from ....kit.arrays import Array
 from ....kit.extremes import greatest
+from ..line.geometry import residual_angles
 from ..line.parts import Shaft
 from ..line.supports import supports
 from .case import Case
@@ -132,7 +133,7 @@ def _centrings(case: Case) -> Iterator[VerdictRow]:
             rule="centred_double_joint",
             where=where,
             quantity="residual angle of both joints together",
-            value=float(drive_line.residual_angle(line.joint_angles[pair], line.fork_phases[pair])),
+            value=float(residual_angles(line.joint_angles[pair], line.fork_phases[pair])[-1]),
             unit="rad",
             source="stated: the whole line is judged",
         )

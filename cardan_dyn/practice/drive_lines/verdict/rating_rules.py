@@ -15,7 +15,7 @@ from cardan_dyn.analytic.limits import DIN_808_FACTORS, LIMITS, Limit
 from ..line.parts import ShaftJoint
 from .angle_rules import COARSE
 from .case import Case, OperatingPoint
-from .rows import FAIL, ROUNDING, Inverse, VerdictRow, judged, opened, stated
+from .rows import FAIL, ROUNDING, Inverse, VerdictRow, judged, opened, stated, withheld
 
 HOUR = 3600.0
 
@@ -138,53 +138,80 @@ def _life(case: Case, k: int) -> Iterator[VerdictRow]:
         missing = "give speed and torque" if kinds else "give rated_torque or capacity of the joint"
         if line.life is None:
             missing = f"{missing}; give life of the line"
-        beta = float(line.joint_angles[k])
         # What a catalogue is searched for, before any rating is known.
-        needed = [
-            _needed(case, kind, duty or points, beta) for kind in ("rated_torque", "capacity")
-        ]
+        needed = [_needed(case, kind, k, duty or points) for kind in ("rated_torque", "capacity")]
         yield opened(replace(row, inverses=tuple(itertools.chain(*needed))), missing)
         return
     limit = None if line.life is None else Limit(line.life, "s", "life of the line", "least")
-    missing = "give life of the line"
+
+    def held(row: VerdictRow) -> VerdictRow:
+        return withheld(judged(row, limit, "give life of the line"), case.no_forces)
+
     for kind in kinds:
         for point in points:
             if point.steady:
-                held = _steady_life(case, k, kind, point)
+                steady = _steady_life(case, k, kind, point)
                 # A duty cycle says better than one point what the joint has to live through.
-                if line.duty_cycle:
-                    yield stated(held, "the duty cycle is judged")
-                else:
-                    yield judged(held, limit, missing)
+                yield (
+                    stated(steady, "the duty cycle is judged") if line.duty_cycle else held(steady)
+                )
         if duty and any(point.speed for point in duty):
-            yield judged(_duty_life(case, k, kind, duty), limit, missing)
+            yield held(_duty_life(case, k, kind, duty))
         elif duty:
             yield stated(replace(row, rule="duty_cycle"), "the duty cycle never turns")
 
 
+def _occurring(case: Case, k: int, point: OperatingPoint) -> OperatingPoint:
+    """Return an operating point with the torque that joint k is worn by instead of the given one.
+
+    The rule's exponent 10/3 makes it: the mean over a turn of this power of the torque, with
+    inertia. The rule means a torque that is steady on one side of a joint, whose other side it then
+    varies on; so the steadier side counts.
+    """
+    turn = case.torques_over_a_turn(k, point)
+    if turn is None:
+        return point
+    greatest = float(np.abs(turn).max())
+    if not 0.0 < greatest < math.inf:
+        return replace(point, torque=greatest)
+    means = np.mean((np.abs(turn) / greatest) ** (10.0 / 3.0), axis=0)
+    return replace(point, torque=greatest * float(means.min()) ** 0.3)
+
+
 def _steady_life(case: Case, k: int, kind: str, point: OperatingPoint) -> VerdictRow:
     beta = float(case.line.joint_angles[k])
+    occurring, joint = _occurring(case, k, point), case.line.joints[k]
+    torque, nominal = abs(occurring.torque or 0.0), abs(point.torque or 0.0)
+    notes = [] if torque == nominal else [f"T_eq {torque:.4g} N·m"]
+    notes += ["its angle counts as 3°"] if beta < LIMITS["least_life_angle"].value else []
     return VerdictRow(
         rule="joint_life",
         where=case.line.joint_names[k],
         quantity=f"B10 life by {kind}",
-        value=_life_at(case, case.line.joints[k], kind, beta, point) * HOUR,
+        value=_life_at(case, joint, kind, beta, occurring) * HOUR,
         unit="s",
+        rule_value=_life_at(case, joint, kind, beta, point) * HOUR,
         condition=point.name,
-        inverses=_needed(case, kind, [point], beta),
-        note="its angle counts as 3°" if beta < LIMITS["least_life_angle"].value else "",
+        inverses=_needed(case, kind, k, [point]),
+        note="; ".join(notes),
+        broken=_uneven(torque, nominal),
     )
 
 
 def _duty_life(case: Case, k: int, kind: str, duty: list[OperatingPoint]) -> VerdictRow:
-    beta = float(case.line.joint_angles[k])
+    beta, joint = float(case.line.joint_angles[k]), case.line.joints[k]
     shares = [point.share for point in duty]
-    lives = [_life_at(case, case.line.joints[k], kind, beta, point) for point in duty]
-    hours = float(shaft_design.duty_cycle_life(shares, lives))
-    torques, speeds = [abs(p.torque or 0.0) for p in duty], [p.speed or 0.0 for p in duty]
-    equivalent = shaft_design.equivalent_duty(shares, torques, speeds, [beta] * len(duty))
+    speeds = [p.speed or 0.0 for p in duty]
+    lives, equivalents = [], []
+    for points in ([_occurring(case, k, point) for point in duty], duty):
+        of_points = [_life_at(case, joint, kind, beta, point) for point in points]
+        lives.append(float(shaft_design.duty_cycle_life(shares, of_points)))
+        torques = [abs(p.torque or 0.0) for p in points]
+        equivalent = shaft_design.equivalent_duty(shares, torques, speeds, [beta] * len(duty))
+        equivalents.append(float(equivalent.torque))
+    hours, by_rule = lives
     factor = case.limit("mean_life_factor")
-    notes = [f"T_eq {float(equivalent.torque):.4g} N·m"]
+    notes = [f"T_eq {equivalents[0]:.4g} N·m"]
     notes += [] if factor is None else [f"mean life {hours * factor.value:.3g} h"]
     notes += ["its angle counts as 3°"] if beta < LIMITS["least_life_angle"].value else []
     return VerdictRow(
@@ -193,9 +220,11 @@ def _duty_life(case: Case, k: int, kind: str, duty: list[OperatingPoint]) -> Ver
         quantity=f"B10 life by {kind}",
         value=hours * HOUR,
         unit="s",
+        rule_value=by_rule * HOUR,
         condition="duty cycle",
-        inverses=_needed(case, kind, duty, beta),
+        inverses=_needed(case, kind, k, duty),
         note="; ".join(notes),
+        broken=_uneven(*equivalents),
     )
 
 
@@ -217,12 +246,11 @@ def _life_at(case: Case, joint: ShaftJoint, kind: str, beta: float, point: Opera
     )
 
 
-def _needed(
-    case: Case, kind: str, points: list[OperatingPoint], beta: float
-) -> tuple[Inverse, ...]:
-    """Return the rating that gives the life that is asked for."""
-    life = case.line.life
-    loads = [p for p in points if p.torque and p.speed]
+def _needed(case: Case, kind: str, k: int, points: list[OperatingPoint]) -> tuple[Inverse, ...]:
+    """Return the rating that gives joint k the life that is asked for."""
+    life, beta = case.line.life, float(case.line.joint_angles[k])
+    turning = [_occurring(case, k, point) for point in points if point.speed]
+    loads = [point for point in turning if point.torque]
     if life is None or not loads:
         return ()
     hours = life / HOUR

@@ -46,7 +46,7 @@ def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
     line, strongest = case.line, case.strongest
     shaft, where = line.shafts[k], line.shaft_names[k]
     section = shaft.tube
-    row = VerdictRow(rule="tube", where=where, quantity="shear stress under T·K", unit="Pa")
+    row = VerdictRow(rule="tube", where=where, quantity="shear stress up to T·K", unit="Pa")
     if section is None:
         if 0 < k < line.count and shaft.centring is None:
             yield opened(row, f"give tube of {where}")
@@ -360,13 +360,16 @@ def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
     if beta**2 <= EPS:
         yield stated(row, "no joint turns unevenly, so that nothing excites torsion")
         return
-    ends = [line.shafts[end].inertia or 0.0 for end in (0, -1)]
-    names = [name for name, inertia in zip(("input", "output"), ends, strict=True) if not inertia]
+    ends = zip(("input", "output"), (line.shafts[0], line.shafts[-1]), strict=True)
     soft = _compliances(case)
     lacking = [name for name, value in zip(line.shaft_names, soft, strict=True) if value is None]
     if not lacking and not any(soft):  # One of them has to twist, if nothing else can.
         lacking = [line.shaft_names[0], line.shaft_names[-1]]
-    missing = [f"inertia of the {name} shaft" for name in names]
+    missing = [
+        f"{'inertia' if shaft.mass else 'mass and inertia'} of the {name} shaft"
+        for name, shaft in ends
+        if not shaft.inertia
+    ]
     missing += [f"tube or torsional_stiffness of {'/'.join(lacking)}"] if lacking else []
     missing += [] if fastest is not None else ["speed"]
     if missing or fastest is None:

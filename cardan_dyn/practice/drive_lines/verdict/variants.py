@@ -83,7 +83,8 @@ def variants(
         line: the line.
         angles: joint angles `(D, n)` [rad].
         planes: plane offsets `(D, n)` [rad]; see `Geometry`.
-        fork_offsets: `(D, n - 1)` of the intermediate shafts [rad].
+        fork_offsets: `(D, n - 1)` of the intermediate shafts [rad]; `(D, 1)` for all of them but
+            the coupling pieces of centred joints.
         lengths: `(D, n - 1)` of the intermediate shafts [m]. Bearings stay at their distances
             from the joints at the fronts of their shafts, those behind a spline from the
             joints at the rears. Splines are drawn out, tubes without one longer; masses stay.
@@ -111,6 +112,10 @@ def variants(
         given |= _differences("joint_plane", values, found.plane_offsets)
     if fork_offsets is not None:
         values = _columns("fork_offsets", fork_offsets, line.count - 1)
+        if np.shape(fork_offsets)[-1:] != (line.count - 1,):
+            # One offset for all forks is not meant for pieces that are one forging.
+            inner = np.isin(np.arange(1, line.count), line.centred)
+            values = np.where(inner, line.fork_offsets, values)
         given |= _differences("fork_offset", values, line.fork_offsets)
     if lengths is not None:
         values = _columns("lengths", lengths, line.count - 1)
