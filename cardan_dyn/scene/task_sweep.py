@@ -23,6 +23,7 @@ from .tasks import Task, missed
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..core.mechanism.mechanism import Mechanism
     from ..core.results.derivative import Derivative, Swept
     from ..core.results.point_motion import Points
     from .task_derivative import TaskDerivative
@@ -295,7 +296,7 @@ class TaskSweep(Sweep):
         table = super().table(motion=motion, points=points)
         dims = (*table.samples, "task")
         per = {"position": "", "speed": "/s", "acceleration": "/s²"}
-        units = [self._unit(task) for task in self.rows]
+        units = [unit_of_row(self.mechanism, row) for row in self.rows]
         variables = [
             (
                 f"task_{name}",
@@ -312,11 +313,12 @@ class TaskSweep(Sweep):
         labels = {**table.labels, "task": self.rows}
         return replace(table, variables=[*table.variables, *variables], labels=labels)
 
-    def _unit(self, row: str) -> str:
-        drivable = self.mechanism.drivable
-        if row in drivable:
-            return drivable[row].unit
-        return "rad" if row.rpartition(".")[2].startswith("turn_") else "m"
+
+def unit_of_row(mechanism: Mechanism, row: str) -> str:
+    """Return the unit of a row of a task, `rad` or `m`, by its name."""
+    if row in mechanism.drivable:
+        return mechanism.drivable[row].unit
+    return "rad" if row.rpartition(".")[2].startswith("turn_") else "m"
 
 
 def _loaded(acting: Acting, more: Mapping[str, Array | float]) -> Acting:

@@ -24,6 +24,7 @@ from ...kit.frozen import Frozen
 from ...kit.quantities import column, span
 from ...scene.describe import describe
 from ...scene.mechanism_report import MechanismReport
+from ...scene.task_sweep import TaskSweep, unit_of_row
 from .case import STANDING, Case
 from .described import fingerprint
 from .extremes import RIGHT, SIZES, Extreme, Extremes, counted, extremes, quantities_of
@@ -398,6 +399,15 @@ class Findings(Result, Frozen):
         if sweep.elements:
             lines.append(f"{len(sweep.elements)} element{'s' * (len(sweep.elements) > 1)}")
         return lines
+
+
+def task_rows(sweep: Sweep) -> dict[str, tuple[np.ndarray, str]]:
+    """Return the rows of the task that a sweep follows, with positions `(N,)` and units, if any."""
+    if not isinstance(sweep, TaskSweep):
+        return {}
+    every = np.reshape(sweep.task_position, (len(sweep), -1)).T
+    units = [unit_of_row(sweep.mechanism, row) for row in sweep.rows]
+    return dict(zip(sweep.rows, zip(every, units, strict=True), strict=True))
 
 
 def governing(reports: Sequence[Findings]) -> list[tuple[int, Extreme]]:

@@ -14,29 +14,20 @@ from ..._version import __version__
 from ...core.elements.link_loads import Wrench
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.sweep import Sweep
-from ...figures.style import (
-    Figure,
-    axes_grid,
-    in_look,
-    line_style,
-    plain,
-    require_matplotlib,
-    sheet,
-)
-from ...figures.wrenches import QUANTITIES, along
+from ...figures.style import axes_grid, line_style, require_matplotlib
+from ...figures.wrenches import QUANTITIES
 from ...kit.errors import ArgumentError, CardanError
 from ...kit.quantities import amount, number
 from ...scene.mechanism_report import MechanismReport
 from ..viewer.picture import picture
 from ..viewer.viewing import view
 from . import page
+from .courses import MOST_DRAWN, courses
 from .described import described, mobility_grids, remarks_of
-from .extremes import RIGHT, Extreme, quantities_of
+from .extremes import RIGHT, Extreme
 from .findings import Findings, between, compared, governing, speed_text
 from .grids import Grid, place, stem_of
 
-_MOST_DRAWN = 6
-"""Joints of one figure: its lines and diagrams can still be told apart."""
 _MOST_COLUMNS = 8
 """Numbers that stand beside each other in a row of a table on paper."""
 _COURSES = {
@@ -129,9 +120,7 @@ def _side_by_side(
         sizes = [item.ends[0][0] if item else 0.0 for item in row]
         rows.append((first.owner, first.quantity, first.unit, sizes))
     parts = [slice(start, start + _MOST_COLUMNS) for start in range(0, len(labels), _MOST_COLUMNS)]
-    drawn = [report.drawn[0] for report in reports]
-    courses = [sweep for sweep in drawn if sweep is not None and len(sweep.coordinates) == 1]
-    is_drawn = told and len(courses) == len(reports)
+    is_drawn = told and all(report.drives for report in reports)
     return {
         "grids": [
             Grid(
@@ -143,24 +132,8 @@ def _side_by_side(
             )
             for index, part in enumerate(parts, 1)
         ],
-        "figure": page.image(_courses(courses, labels, told)) if is_drawn else "",
+        "figure": page.image(courses(reports, labels, told)) if is_drawn else "",
     }
-
-
-@in_look
-def _courses(sweeps: Sequence[Sweep], labels: Sequence[str], told: Sequence[Extreme]) -> Figure:
-    """Draw quantities over the drive, axes for each and a line for each case."""
-    shown = told[:_MOST_DRAWN]
-    drawn = sheet(len(shown), size=(7.2, 1.0 + 1.8 * len(shown)), share_x=True)
-    for index, (sweep, label) in enumerate(zip(sweeps, labels, strict=True)):
-        values = {(one.owner, one.name): one.values for one in quantities_of(sweep)}
-        at = along(sweep, sweep.coordinates[0])
-        for panel, item in zip(drawn.panels, shown, strict=True):
-            course = values[item.owner, item.quantity](sweep)
-            panel.plot(at.values, course, **line_style(index), label=plain(label))
-            panel.set_ylabel(f"{plain(item.owner)}\n{item.quantity} [{item.unit}]")
-    drawn.over(at)
-    return drawn.finish()
 
 
 def _summary(reports: Sequence[Findings]) -> str:
@@ -467,7 +440,7 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
             acting.setdefault(item.owner, set()).add(item.quantity)
     joints = [name for name in bearings(sweep) if name in acting] or list(acting)
     for quantity, text in _COURSES.items():
-        names = [name for name in joints if quantity in acting[name]][:_MOST_DRAWN]
+        names = [name for name in joints if quantity in acting[name]][:MOST_DRAWN]
         if names:
             figure = drawn.plot(*names, quantities=quantity, figsize=(7.2, 3.4))
             found["courses"].append((page.image(figure), f"{text} in {', '.join(names)}.{told}"))
@@ -480,7 +453,7 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
         ("force", "shear", "Radial force"),
         ("moment", "bending", "Bending moment"),
     ):
-        names = [name for name in joints if part in acting[name]][:_MOST_DRAWN]
+        names = [name for name in joints if part in acting[name]][:MOST_DRAWN]
         if names:
             figure = drawn.plot.polar(names, of=quantity)
             caption = (

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 from ...core.mechanism.mechanism import Mechanism
+from ...core.results.plot import draws
 from ...core.results.result import Result
 from ...core.results.sweep import Sweep
 from ...core.results.table import Table
@@ -17,6 +18,7 @@ from ...kit.frozen import Frozen
 from ...kit.quantities import amount, column
 from .extremes import Extreme
 from .findings import compared, governing, table_of
+from .plots import ReportPlot
 from .reporting import Report
 
 
@@ -122,6 +124,9 @@ class Reports(Result, Frozen):
             lines.append(f"  {one.quantity.ljust(16)}{shown} {unit}")
         opened = (report.left_open for report in self.reports)
         return "\n".join([*lines, *dict.fromkeys(filter(None, opened))])
+
+
+draws(Reports)(ReportPlot)
 
 
 def _told_apart(cases: Sequence[Sequence[str]]) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -123,3 +124,93 @@ def test_cases_are_of_one_mechanism() -> None:
         cd.Reports(other)  # type: ignore[arg-type]
     with pytest.raises(cd.ArgumentError, match="several load cases"):
         cd.Report([other])  # type: ignore[arg-type]
+
+
+ARM = """<robot name="arm">
+<link name="base"/><link name="upper"/><link name="fore"/><link name="tip"/>
+<joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
+  <axis xyz="0 -1 0"/></joint>
+<joint name="elbow" type="continuous"><parent link="upper"/><child link="fore"/>
+  <origin xyz="2 0 0" rpy="0 1.5 0"/><axis xyz="0 -1 0"/></joint>
+<joint name="hand" type="fixed"><parent link="fore"/><child link="tip"/>
+  <origin xyz="1.5 0 0"/></joint></robot>"""
+RISE = np.linspace(0.0, 1.0, 41)
+TIP = np.stack([2.4 + 0.3 * np.sin(5.0 * RISE), RISE - 1.0], axis=1)
+
+
+def lifted(*forces: tuple[float, float, float]) -> list[cd.Sweep]:
+    """Return sweeps of an arm without weight whose tip rises, under forces there."""
+    scene = cd.Scene(
+        cd.load(ARM), task=cd.PointTask("hand", axes="xz"), actuated=["shoulder", "elbow"]
+    )
+    return [
+        scene.sweep(TIP, along_path=True, loads={"hand": cd.Wrench(force, frame="world")})
+        for force in forces
+    ]
+
+
+FORCES = (0.0, 0.0, -100.0), (-250.0, 0.0, -100.0)
+
+
+def drawn_in(figure: Any) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]:
+    """Return the curves of a figure by the label of their axes, whose first line is the owner."""
+    return {
+        " ".join(panel.get_ylabel().split()): [
+            (np.asarray(line.get_xdata()), np.asarray(line.get_ydata()))
+            for line in panel.get_lines()
+            if len(line.get_xdata()) > 2
+        ]
+        for panel in figure.axes
+    }
+
+
+def test_a_figure_of_a_task_is_drawn_over_the_row_that_rises() -> None:
+    """Against moments of the forces about the shoulder; x turns back on its way, z does not."""
+    pytest.importorskip("matplotlib", reason="it is a figure")
+    reports = cd.Reports(lifted(*FORCES))
+    figure = reports.plot("shoulder.drive_effort")
+    assert figure.axes[-1].get_xlabel() == "hand.z [m]"
+    ((label, curves),) = drawn_in(figure).items()
+    assert label.startswith("shoulder drive effort")
+    scale = {"[N·m]": 1.0, "[kN·m]": 1e3}[label.rpartition(" ")[2]]
+    assert len(curves) == 2
+    for (at, values), (across, _, up) in zip(curves, FORCES, strict=True):
+        np.testing.assert_allclose(at, TIP[:, 1], atol=1e-12)
+        moment = TIP[:, 0] * up - TIP[:, 1] * across
+        np.testing.assert_allclose(values * scale, -moment, atol=1e-9)
+    over_x = drawn_in(reports.plot("shoulder", x="hand.x"))
+    for curves in over_x.values():
+        np.testing.assert_allclose(curves[0][0], TIP[:, 0], atol=1e-12)
+    with pytest.raises(cd.ArgumentError, match=r"x is 'hand'.*did you mean 'hand.*'"):
+        reports.plot(x="hand")
+
+
+def test_plot_is_the_figure_of_the_page_and_draws_joints_by_name() -> None:
+    pytest.importorskip("matplotlib", reason="it is a figure")
+    sweeps = swept(*CASES[:2])
+    reports = cd.Reports(sweeps, ["pulled", "pushed"])
+    figure = reports.plot()
+    assert len(figure.axes) == len(reports.headline)
+    assert figure.axes[-1].get_xlabel() == "crank_bearing [°]"
+    curves = drawn_in(reports.plot("crank_pin"))
+    (shear,) = (lines for label, lines in curves.items() if label.startswith("crank_pin shear"))
+    for sweep, (at, values) in zip(sweeps, shear, strict=True):
+        np.testing.assert_allclose(at, np.degrees(TURN), atol=1e-9)
+        np.testing.assert_allclose(values, sweep["crank_pin"].shear, rtol=1e-12)
+    ((alone,),) = drawn_in(cd.Report(sweeps[1]).plot("crank_pin.shear")).values()
+    np.testing.assert_array_equal(alone[1], shear[1][1])
+    with pytest.raises(
+        cd.ArgumentError, match=r"nothing acts in 'crank'.*did you mean 'crank_pin'"
+    ):
+        reports.plot("crank")
+    with pytest.raises(cd.ArgumentError, match="no option 'color'"):
+        reports.plot(color="red")
+
+
+def test_drives_without_a_task_are_drawn_over_samples() -> None:
+    pytest.importorskip("matplotlib", reason="it is a figure")
+    machines = [sweep.of_machine for sweep in lifted(*FORCES)]
+    figure = cd.Reports(machines).plot()
+    assert figure.axes[-1].get_xlabel() == "sample"
+    for curves in drawn_in(figure).values():
+        assert all(len(at) == len(TIP) and at[-1] == len(TIP) for at, _ in curves)
