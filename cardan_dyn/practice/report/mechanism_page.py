@@ -16,6 +16,7 @@ from ...core.mechanism.mechanism import Mechanism
 from ...core.results.sweep import Sweep
 from ...figures.style import axes_grid, line_style, require_matplotlib
 from ...figures.wrenches import QUANTITIES
+from ...kit.arrays import NOTHING
 from ...kit.errors import ArgumentError, CardanError
 from ...kit.quantities import amount, number
 from ...scene.mechanism_report import MechanismReport
@@ -25,8 +26,19 @@ from . import page
 from .courses import MOST_DRAWN, courses
 from .described import described, mobility_grids, remarks_of
 from .extremes import RIGHT, Extreme
-from .findings import Findings, between, compared, governing, speed_text
+from .findings import (
+    Findings,
+    between,
+    cases_apart,
+    cases_in_words,
+    cases_with,
+    compared,
+    governing,
+    speed_text,
+    task_rows,
+)
 from .grids import Grid, place, stem_of
+from .grids import way as way_of
 
 _MOST_COLUMNS = 8
 """Numbers that stand beside each other in a row of a table on paper."""
@@ -69,6 +81,7 @@ def write(reports: Sequence[Findings], labels: Sequence[str], path: Path, with_s
         title_block=[(name, value or "–") for name, value in block],
         stem=stem_of(mechanism.name),
         summary=_summary(reports),
+        told_apart=cases_apart(reports, labels) if labels else [],
         headline=_headline(reports, labels, headline),
         drawing=_drawing(first),
         warnings=_warnings(reports),
@@ -146,14 +159,12 @@ def _summary(reports: Sequence[Findings]) -> str:
         f"{_count(len(report.mechanism.loops), 'loop')}, mobility {found.mobility}."
     )
     if len(reports) > 1:
-        common = [
-            line for line in report.case_lines if all(line in one.case_lines for one in reports)
-        ]
-        text += f" {len(reports)} load cases{': ' * bool(common)}{'; '.join(common)}."
+        text += f" {cases_in_words(reports)}."
     elif report.sweep is None:
         return text
     else:
-        text += f" {'Driven: ' * bool(report.drives)}{'; '.join(report.case_lines)}."
+        moved = "Task" if task_rows(report.sweep) else "Driven"
+        text += f" {f'{moved}: ' * bool(report.drives)}{'; '.join(report.case_lines)}."
     told = [item for one in reports for item in one.told]
     if not told:
         return f"{text} Nothing acts: there is no load, weight, inertia or element in this case."
@@ -174,7 +185,7 @@ def _headline(
     for case, item in found:
         (most, place), _ = item.ends
         row = (item.quantity, item.unit, most, item.owner, reports[case].at(place))
-        rows.append((*row, labels[case]) if labels else row)
+        rows.append((*row, cases_with(reports, labels, (case, item))) if labels else row)
     header = ("quantity", "unit", "greatest in size", "in", "at", *["load case"] * bool(labels))
     return Grid("headline", "What joints are sized by", header, rows, unit=1) if rows else None
 
@@ -217,18 +228,21 @@ def _case(report: Findings) -> list[tuple[str, str]]:
             np.reshape(values, (len(sweep), -1))[:, index]
             for values in (sweep.position, sweep.speed, sweep.acceleration)
         )
-        low, high = place(float(way.min()), slides), place(float(way.max()), slides)
-        text = low if low == high else f"from {low} to {high}"
+        low, high = float(way.min()), float(way.max())
+        text = f"{'from ' * (low < high)}{way_of(low, high, slides, ' to ')}"
         text += f", {speed_text(speed, slides)}" if np.any(speed) else ", quasi-static"
         if np.any(acceleration):
             text += f", acceleration {between(acceleration, 'm/s²' if slides else 'rad/s²')}"
         rows.append((f"drive {name}", text))
+    for name, (values, unit) in task_rows(sweep).items():
+        low, high = float(values.min()), float(values.max())
+        text = f"{'from ' * (low < high)}{way_of(low, high, unit == 'm', ' to ')}"
+        rows.append((f"task {name}", text))
     rows.append(("positions", str(len(sweep))))
     for name, value in sweep.held.items():
         slides = sweep.mechanism.drivable[name].slides
         every = np.ravel(np.asarray(value, dtype=float))
-        low, high = place(float(every.min()), slides), place(float(every.max()), slides)
-        rows.append((f"held {name}", low if low == high else f"{low} … {high}"))
+        rows.append((f"held {name}", way_of(float(every.min()), float(every.max()), slides)))
     gravity = np.reshape(sweep.gravity, (-1, 3))
     if not np.any(gravity):
         rows.append(("gravity", "none"))
@@ -382,13 +396,17 @@ def _places(report: Findings) -> Grid | None:
         *(f"{name} [{unit}]" for name, unit in zip(report.drives, units, strict=True)),
     )
     caption = "Positions of the drives at these places"
-    rows = list(enumerate(report.places.tolist(), start=1))
+    # What is rounding beside the way of a drive is nothing.
+    size = NOTHING * np.abs(np.reshape(sweep.position, (len(sweep), -1))).max(axis=0)
+    known = np.where(np.abs(report.places) <= size, 0.0, report.places).tolist()
+    names = [report.at(at[None], word="") for at in report.places]
+    rows = list(zip(names, known, strict=True))
     if len(units) > _MOST_COLUMNS:
-        listed = [(str(index), ", ".join(map(number, row))) for index, row in rows]
+        listed = [(name, ", ".join(map(number, row))) for name, row in rows]
         return Grid(
             "positions", f"{caption}: {', '.join(header[1:])}", ("place", "positions"), listed
         )
-    return Grid("positions", caption, header, [(str(index), *row) for index, row in rows])
+    return Grid("positions", caption, header, [(name, *row) for name, row in rows])
 
 
 def _proof(report: Findings, label: str) -> Grid | None:
