@@ -85,7 +85,8 @@ def campbell(
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
     swinging = np.where(modes > 0.0, modes, np.nan)
-    gaps = any(np.any(np.isnan(mode)) and not np.all(np.isnan(mode)) for mode in swinging.T)
+    unknown = np.isnan(modes).all(axis=1)
+    known = np.isnan(swinging[~unknown])
     for index, values in enumerate(swinging.T):
         name = f"mode {index + 1}{_direction(sides[:, index])}"
         style = curve_style(index, len(at))
@@ -103,8 +104,12 @@ def campbell(
     if top:
         axes.set_ylim(0.0, top * _HERTZ)
     axes.set(xlabel=SPEED, ylabel="natural frequency [Hz]")
-    note = "gaps in lines: there the mode does not swing, it creeps or grows" if gaps else ""
-    return drawn.finish(title, 3, note)
+    notes = []
+    if np.any(known.any(axis=0) & ~known.all(axis=0)):
+        notes.append("gaps in lines: there the mode does not swing, it creeps or grows")
+    if unknown.any():
+        notes.append("gaps in all lines: there no motion is known")
+    return drawn.finish(title, 3, "; ".join(notes))
 
 
 @in_look

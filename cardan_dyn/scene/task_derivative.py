@@ -11,8 +11,8 @@ import numpy as np
 from ..core.description.origins import PREFIX
 from ..core.dynamics.differentiated import Change
 from ..core.dynamics.parameters import OfColumn, OfOrigin
-from ..core.results.derivative import Derivative, Swept, derivatives_of
-from ..kit.arrays import Array
+from ..core.results.derivative import Derivative, Swept, derivatives_of, refuse_turned
+from ..kit.arrays import Array, flat
 from ..kit.errors import ModelError, choices
 from .tasks import AngleTask, PoseTask, Task
 
@@ -34,6 +34,11 @@ class _Sum(NamedTuple):
         each = (weights[:, None] * change.of(field, columns) for weights, change in self.terms)
         return np.asarray(sum(each))
 
+    def picks(self, field: str, columns: Any = slice(None)) -> Array:
+        """Return which columns of a field pick up self-stress, see `Change.picks`."""
+        each = [of.picks(field, columns) for weights, of in self.terms if np.any(weights)]
+        return np.any(each, axis=0) if each else np.zeros(1, dtype=bool)
+
 
 class TaskDerivative(Derivative):
     """How the results of a sweep change with a number, per its unit, while its task stays as given.
@@ -49,8 +54,15 @@ class TaskDerivative(Derivative):
         change: Any = _Sum([(weights, item._change) for weights, item in terms])
         self._freeze(parameter=parameter, _of=of, _change=change, _terms=terms)
 
-    def weighed(self, weights: Sequence[tuple[str, int, Array]]) -> float:
-        """Return that of a sum of columns of fields, times weights `(N,)`."""
+    def weighed(self, weights: Sequence[tuple[str, int, Array]], is_asked: bool) -> float | None:
+        """Return that of a sum of columns of fields, times weights `(N,)`; None if it is open.
+
+        Raises:
+            ModelError: likewise, and the parameter was asked for by its name.
+        """
+        if any(self._change.picks(field, [column]).any() for field, column, _ in weights):
+            refuse_turned(self.parameter, is_asked)
+            return None
         each = (own @ self._change.of(field, [column])[:, 0] for field, column, own in weights)
         return float(sum(each))
 
@@ -103,14 +115,34 @@ def task_derivatives(
         if name in of_rows or isinstance(known[name], OfColumn | OfOrigin):
             with nullcontext() if name in names else suppress(ModelError):
                 _refuse(tasks, name)
-                motion = derivatives_of(follower, [name])[name].motion
+                motion = _followed(follower, name).motion
                 reads = motion.position, motion.velocity, motion.acceleration
                 for kind, read in zip(_OF_DRIVES, reads, strict=True):
-                    terms += [(read(d).reshape(-1), by[f"{kind}{d}"]) for d in drives]
+                    terms += [(flat(read(d), of.motion.shape), by[f"{kind}{d}"]) for d in drives]
                 found[name] = TaskDerivative(name, of, terms)
         else:
             found[name] = TaskDerivative(name, of, terms)
     return found
+
+
+def _followed(follower: Swept, name: str) -> Derivative:
+    """Return how what follows a task moves with a number.
+
+    Raises:
+        ModelError: it follows in a plane that the number leaves, or as a rod that spins idly, whose
+            line depends on it. Where the number is held, it follows in space, and the line turns.
+    """
+    try:
+        return derivatives_of(follower, [name])[name]
+    except ModelError as error:
+        if name in follower.problem.held:
+            raise
+        raise ModelError(
+            f"{name!r}: what follows the task is made for where it stands, so that no derivative "
+            f"is known; hold it there, held={{{name!r}: 0.0}}, whose derivative is the same, or "
+            "ask sweep.of_machine.derivative(...), which holds the motion of the drives",
+            name=name,
+        ) from error
 
 
 def _refuse(tasks: Sequence[Task], name: str) -> None:

@@ -15,7 +15,7 @@ from ..core.problem.acting import Acting
 from ..core.results.motion import Motion
 from ..core.results.sweep import Sweep
 from ..core.results.table import Table, Variable
-from ..kit.arrays import Array, spread
+from ..kit.arrays import EPS, Array, spread
 from ..kit.errors import IndeterminateError, choices
 from ..kit.frozen import frozen, made, read_only
 from .tasks import Task, missed
@@ -222,7 +222,8 @@ class TaskSweep(Sweep):
 
         by = self._derivatives(parameters)
         weighted = [*weighed(self._swept(parameters), weights)]
-        return frozen({name: item.weighed(weighted) for name, item in by.items()})
+        slopes = {name: item.weighed(weighted, name in parameters) for name, item in by.items()}
+        return frozen({name: slope for name, slope in slopes.items() if slope is not None})
 
     def _derivatives(self, parameters: tuple[str, ...]) -> Mapping[str, TaskDerivative]:
         from .task_derivative import task_derivatives  # Few sweeps are differentiated.
@@ -265,6 +266,28 @@ class TaskSweep(Sweep):
         condition = self._given.condition
         values = condition() if callable(condition) else condition
         return read_only(spread(values, self.shape))
+
+    @cached_property
+    def near_reach(self) -> str:
+        """In words where the task is so close to the end of its reach that joints turn back there.
+
+        Another motion with the same task may go through, into another assembly mode; sweeps do not.
+        """
+        condition = np.ravel(self.task_condition)
+        worst = int(np.argmax(condition))
+        if not EPS * condition[worst] > EPS**0.5:  # Half of the digits of rates are left then.
+            return ""
+        rows = spread(self._given.position, (*self.shape, len(self.rows)))
+        rows = rows.reshape(-1, len(self.rows))[worst if len(condition) > 1 else 0]
+        at = ", ".join(
+            f"{name} = {value:.4g} {self._unit(name)}"
+            for name, value in zip(self.rows, rows, strict=True)
+        )
+        return (
+            f"the task is at the end of its reach at sample {worst} ({at}): joints stay in their "
+            f"assembly mode and turn back there, with rates uncertain by {condition[worst]:.0e} "
+            "roundings; other rows of the task may lead through"
+        )
 
     @cached_property
     def task_residual(self) -> float:

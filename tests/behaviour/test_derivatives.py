@@ -248,6 +248,74 @@ def test_components_that_are_not_unique_are_missing() -> None:
     assert np.isnan(found.moment[0]).tolist() == [True, True, False]
 
 
+STRUT = """<robot name="strut"><link name="base"/><link name="wheel"/><link name="arm"/>
+<link name="rod"/>
+<joint name="drive" type="continuous"><parent link="base"/><child link="wheel"/><axis xyz="0 0 1"/>
+</joint>
+<joint name="swivel" type="continuous"><parent link="wheel"/><child link="arm"/>
+<origin xyz="SIZE 0 0"/><axis xyz="0 0 1"/></joint>
+<joint name="near" type="continuous"><parent link="wheel"/><child link="rod"/><axis xyz="0 0 1"/>
+</joint>
+<loop name="far" type="continuous"><predecessor link="rod"><origin xyz="SIZE 0 0"/></predecessor>
+<successor link="arm"/><axis xyz="0 0 1"/></loop></robot>"""
+"""A rod between its near hinge and the far one, which is at a swivel that is held. Its tension is
+open; the forces across it, and the moment at the swivel, are not."""
+OPEN = {f"{name}.{part}" for name in ("swivel", "near", "far") for part in ("force_x", "force_z")}
+OPEN |= {f"{name}.moment_{axis}" for name in ("swivel", "near", "far") for axis in "xy"}
+ACROSS = {"swivel.force_y", "far.force_y"}
+TURNED: dict[str, set[str]] = {
+    "swivel": ACROSS,
+    "origin:swivel.y": ACROSS,
+    "origin:near.y": ACROSS,
+    "origin:swivel.yaw": ACROSS,
+    # Forces at the near hinge are told in the rod's axes, in which the far one is then aside.
+    "origin:far.predecessor.y": {"near.force_y"},
+    # Then tension has a lever.
+    "origin:far.successor.y": {*ACROSS, "swivel.moment_z", "swivel.holding_effort"},
+    "drive": set(),
+    "load:swivel": set(),
+    "mass:arm": set(),
+    "origin:near.yaw": set(),
+    "origin:drive.pitch": set(),
+}
+
+
+@pytest.mark.parametrize("size", [1e-3, 2.0, 1e3])
+def test_self_stress_turns_into_what_is_unique(size: float) -> None:
+    mechanism = cd.load(STRUT.replace("SIZE", repr(size)))
+    scene = cd.Scene(mechanism, drive="drive", held={"swivel": 0.0}, loads={"swivel": 3.0})
+    sweep = scene.sweep([0.0, 1.0])
+    for name, by in sweep.derivative(*TURNED).items():
+        for joint in sweep.outputs:
+            for kind in "force", "moment":
+                told = {f"{joint}.{kind}_{axis}" for axis in "xyz"}
+                missing = [part in OPEN | TURNED[name] for part in sorted(told)]
+                assert np.isnan(getattr(by[joint], kind)).tolist() == [missing] * 2
+                unique = by[joint].unique[:3] if kind == "force" else by[joint].unique[3:]
+                assert unique.tolist() == np.logical_not(missing).tolist()
+        is_turned = "swivel.holding_effort" in TURNED[name]
+        assert np.isnan(by.holding_effort["swivel"]).tolist() == [is_turned] * 2
+    for result in "swivel.force_y", "swivel.moment_z", "near.force_y", "swivel.holding_effort":
+        known = sweep.gradient({result: 1.0, "far.position": 1.0}, "*").keys()
+        assert known & TURNED.keys() == {name for name in TURNED if result not in TURNED[name]}
+    with pytest.raises(cd.ModelError, match="does not follow from the laws of motion alone"):
+        sweep.gradient({"swivel.moment_z": 1.0}, "origin:far.successor.y")
+
+
+def test_self_stress_turns_while_a_task_is_held() -> None:
+    mechanism = cd.load(STRUT.replace("SIZE", "2.0"))
+    task = {"task": cd.PointTask("arm", axes="x"), "actuated": "drive", "near": {"drive": 1.0}}
+    sweep = cd.Scene(mechanism, held={"swivel": 0.0}, **task).sweep(2.0 * np.cos([0.8, 1.2]))
+    names = "swivel", "origin:swivel.y", "arm.x", "origin:near.yaw"
+    for name, by in sweep.derivative(*names).items():
+        turned = ACROSS & TURNED.get(name, set())
+        assert by["swivel"].unique[1] == (not turned)
+        assert np.isnan(by["swivel"].force[:, 1]).all() == bool(turned)
+    assert [*sweep.gradient({"swivel.force_y": 1.0}, "*swivel*")] == ["load:swivel"]
+    with pytest.raises(cd.ModelError, match="does not follow from the laws of motion alone"):
+        sweep.gradient({"swivel.force_y": 1.0}, *names)
+
+
 @pytest.mark.parametrize(
     ("name", "told"),
     [

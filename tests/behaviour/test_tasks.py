@@ -105,6 +105,15 @@ def test_first_kind_of_singular_configuration() -> None:
     np.testing.assert_array_equal(scene.reachable(points), [True, False])
 
 
+def test_where_a_path_touches_the_end_of_reach_is_told() -> None:
+    scene, end = five_bar(), 0.438748219369606
+    close = scene.sweep([[0.0, 0.3], [0.0, end - 1e-9], [0.0, 0.3]])
+    assert "end of its reach at sample 1" in close.near_reach
+    assert close.near_reach in repr(close)
+    assert any("end of its reach" in doubt for doubt in cd.Report(close).doubts)
+    assert not scene.sweep([[0.0, 0.3], [0.0, end - 1e-4]]).near_reach
+
+
 def test_working_modes() -> None:
     ways = []
     for first, second in (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0):
@@ -538,6 +547,60 @@ def test_derivatives_by_rows_of_a_task() -> None:
     for name, slope in sweep.gradient(weights, *by).items():
         summed = by[name].drive_effort.sum() + 2.0 * by[name]["e1"].force[:, 0].sum()
         assert slope == pytest.approx(summed, rel=1e-12)
+
+
+def test_derivatives_where_more_acts_than_moves() -> None:
+    """Loads have an axis more than the positions of the task."""
+    scene, given = five_bar(), circle(TIMES)
+    pulls = np.array([1.0, -2.0])
+    sweep = scene.sweep(*given, loads={"m1": pulls[:, None]})
+    for name in "origin:e1.x", "load.x", "mass:d2":
+        found, weights = sweep.derivative(name), {"drive_effort": 1.0}
+        assert found.drive_effort.shape == (2, len(TIMES), 2)
+        for pull, of_pull in zip(pulls, found.drive_effort, strict=True):
+            alone = scene.sweep(*given, loads={"m1": pull}).derivative(name)
+            assert of_pull == pytest.approx(alone.drive_effort, abs=1e-11)
+        summed = sweep.gradient(weights, name)[name]
+        assert summed == pytest.approx(found.drive_effort.sum(), rel=1e-12)
+
+
+def test_numbers_that_have_to_be_held_for_a_derivative() -> None:
+    """Distances are followed by rods, points of plane arms in their plane: held numbers go on."""
+    given = {
+        "origin:e1.x": ([cd.DistanceTask("load", "p2"), "m1"], [[0.31, 1.9]]),
+        "origin:pin.successor.x": ([cd.DistanceTask("load", "p2"), "m1"], [[0.31, 1.9]]),
+    }
+    step = 1e-5
+    for name, (task, rows) in given.items():
+        with pytest.raises(cd.ModelError, match=f"held={{'{name}': 0.0}}"):
+            five_bar(task=task).sweep(rows).derivative(name)
+        scene = five_bar(task=task, held={name: 0.0})
+        ends = [scene.sweep(rows, held={name: s * step}).drive_effort for s in (1, -1)]
+        found = scene.sweep(rows).derivative(name).drive_effort
+        slope = (ends[0] - ends[1]) / (2.0 * step)
+        assert found == pytest.approx(slope, abs=1e-7 * np.abs(slope).max())
+    upper = machines.link("upper", 1.0, np.array([0.2, 0.1, 0.0]), np.ones(3))
+    parts = [machines.link("ground"), upper]
+    parts.append(machines.link("lower", 1.0, np.array([0.2, 0.0, 0.1]), np.ones(3)))
+    parts.append(machines.joint("a", "continuous", "ground", "upper", machines.HERE, machines.Z))
+    elbow = np.array([0.4, 0.0, 0.1])
+    parts.append(machines.joint("b", "continuous", "upper", "lower", elbow, machines.Z))
+    arm = {
+        "task": cd.PointTask("lower", (0.3, 0.0, 0.1), axes="xy"),
+        "actuated": ["a", "b"],
+        "near": {"a": 0.3, "b": 0.9},
+        "gravity": (1.0, -9.81, 2.0),
+    }
+    mechanism, rows = cd.load(machines.robot("arm", *parts)), [[0.5, 0.4], [0.52, 0.3]]
+    for name in "origin:b.z", "origin:b.roll":
+        with pytest.raises(cd.ModelError, match="hold it there"):
+            cd.Scene(mechanism, **arm).sweep(rows).derivative(name)
+        scene = cd.Scene(mechanism, held={name: 0.0}, **arm)
+        ends = [scene.sweep(rows, held={name: s * step}) for s in (1, -1)]
+        found = scene.sweep(rows).derivative(name)
+        slope = (ends[0]["a"].moment - ends[1]["a"].moment) / (2.0 * step)
+        assert found["a"].moment == pytest.approx(slope, abs=1e-7 * np.abs(slope).max())
+        assert np.abs(slope).max() > 0.1
 
 
 @pytest.mark.slow

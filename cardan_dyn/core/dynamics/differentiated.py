@@ -9,15 +9,15 @@ those of closure errors, and all together those of the numbers that were given.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import Array, generic, some
 from ...kit.threads import in_turn
 from ..elements.link_loads import LinkLoad
 from ..kinematics.tolerances import REGULAR_CONDITION
@@ -25,7 +25,7 @@ from ..mechanics.bodies import Mass, Tree
 from ..mechanics.elimination import THRESHOLD, Order, UnsuitableError
 from ..mechanics.placements import moved, moving
 from ..mechanics.reactions import momentum_rates
-from ..mechanics.sample import LinkForce, Position, Solved, solved_at
+from ..mechanics.sample import LinkForce, Position, Solved, solved_at, stressed_at
 from ..mechanics.vectors import ZERO, times
 from ..mechanism.mechanism import Mechanism
 from ..proof.derived import derived_errors
@@ -40,7 +40,7 @@ from ..tape import (
     pulled,
     tangents,
 )
-from .inverse_dynamics import Inputs, JointRates
+from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs, JointRates
 from .parameters import (
     OfColumn,
     OfDescription,
@@ -52,7 +52,7 @@ from .parameters import (
 )
 from .problem_solver import ProblemSolver
 from .pushing import Pushing
-from .tape import Equations, Kind, LinkKind, Prescribed, Tape
+from .tape import SAMPLES, Equations, Kind, LinkKind, Prescribed, Tape
 from .taped import MOST_TAPES, TapedSolver, vectors
 
 if TYPE_CHECKING:
@@ -72,6 +72,12 @@ class Part(NamedTuple):
     columns: Array | None = None
     samples: Array | None = None
 
+    def holding(self, rows: Array | slice) -> Array:
+        """Return rows of the results at the samples that hold; others are those of another tape."""
+        return (
+            self.results[rows, :] if self.columns is None else self.results[rows][:, self.columns]
+        )
+
     def put(self, values: Array, rows: Array, places: Array) -> None:
         """Write rows of the results into places of values `(…, N)`."""
         if self.columns is None or self.samples is None:
@@ -90,6 +96,8 @@ class Change(NamedTuple):
             changes, -1 where it does not.
         opened: greatest rate at which closure errors grow, in units of the mechanism.
         farthest: greatest rate of what loops decide, likewise.
+        picked: which rows of what is found pick up self-stress while the parameter changes, so
+            that how they change depends on what statics leaves open.
     """
 
     equations: Equations
@@ -97,15 +105,31 @@ class Change(NamedTuple):
     parts: Sequence[tuple[Part, Array]]
     opened: float
     farthest: float
+    picked: Array
+
+    def picks(self, field: str, columns: Any = slice(None)) -> Array:
+        """Return which columns of a field of `Found` pick up self-stress."""
+        return np.asarray(self.picked[self.equations.place(field)][columns])
 
     def of(self, field: str, columns: Any = slice(None)) -> Array:
         """Return changes of a field of `Found`, of some of its columns `(N, …)`."""
-        wanted = np.arange(self.equations.outputs)[self.equations.place(field)][columns]
-        result = np.zeros((len(wanted), self.samples))
-        for part, rows in self.parts:
-            (places,) = np.nonzero(rows[wanted] >= 0)
-            part.put(result, rows[wanted[places]], places)
-        return result.T
+        return changes_of([self], field, columns)[:, :, 0]
+
+
+def changes_of(changes: Sequence[Change], field: str, columns: Any = slice(None)) -> Array:
+    """Return changes of a field of `Found` with k parameters that were asked for together.
+
+    Those of some of its columns `(N, …, k)`.
+    """
+    first = changes[0]
+    wanted = np.arange(first.equations.outputs)[first.equations.place(field)][columns]
+    result = np.zeros((len(wanted), len(changes), first.samples))
+    every = result.reshape(len(wanted) * len(changes), first.samples)
+    for index, (part, _) in enumerate(first.parts):
+        rows = np.column_stack([change.parts[index][1][wanted] for change in changes]).ravel()
+        (places,) = np.nonzero(rows >= 0)
+        part.put(every, rows[places], places)
+    return result.transpose(2, 0, 1)
 
 
 class Pattern(NamedTuple):
@@ -117,12 +141,14 @@ class Pattern(NamedTuple):
         weighted: rows of results that are weighted, where derivatives are found backwards.
         numbers_at: returns the tree, and the links that wrenches act on, of a mechanism in which
             joints lie elsewhere.
+        of_stress: whether a self-stress is differentiated, in place of what is found.
     """
 
     parameters: Sequence[Parameter]
     seeded: Sequence[int]
     weighted: Sequence[int]
     numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]]
+    of_stress: bool = False
 
 
 class _Closed:
@@ -164,7 +190,10 @@ class _Closed:
         ]
         self._position = Position.of(tree, roles, given.x, given.offsets, tape.order)
         loaded = given._replace(link_forces=[*given.link_forces, *pushes])
-        solved = solved_at(self._position, tree, roles, loaded)
+        if of.of_stress:
+            solved = stressed_at(self._position, tree, roles)
+        else:
+            solved = solved_at(self._position, tree, roles, loaded)
         self.found = tape.equations.quantities(solved, x)
         self.unstable = greater(solved.growth * THRESHOLD, solved.narrowness / REGULAR_CONDITION)
         passives = set(roles.passives)
@@ -427,19 +456,92 @@ class Samples:
         others = [np.reshape([*of.values()], (-1, self._x.shape[1])) for of in seeds]
         of = Pattern(parameters, seeded, (), self._numbers_at)
         runs = self._runs(_Forwards, of, others)
-        changes = []
-        for k in range(len(parameters)):
-            told = np.zeros(2)
-            for tape, part in runs:
-                for index, row in enumerate(tape.places[k][0].tolist()):
-                    if row >= 0:
-                        # Other samples are those of another tape.
-                        columns = slice(None) if part.columns is None else part.columns
-                        most = part.results[row, columns].max(initial=0.0)
-                        told[index] = np.maximum(told[index], most)
+        changes, picked = [], self.picked(parameters)
+        for k, own in enumerate(picked):
+            opened, farthest = _greatest(runs, k, 0).tolist()
             parts = [(part, tape.places[k][1]) for tape, part in runs]
-            changes.append(Change(self.equations, self._x.shape[1], parts, *told.tolist()))
+            change = Change(self.equations, self._x.shape[1], parts, opened, farthest, own)
+            changes.append(change)
         return changes
+
+    def picked(self, parameters: Sequence[Parameter]) -> list[Array]:
+        """Return `Change.picked` of each parameter.
+
+        Forces are known up to multiples of a self-stress S, in which all take part here. A result
+        c of them is unique if c S = 0; then how it changes is if c S′ = 0 as well.
+        """
+        none = np.zeros(len(self._sizes), dtype=bool)
+        picked = [none] * len(parameters)
+        turning = [k for k, item in enumerate(parameters) if isinstance(item, OfColumn | OfOrigin)]
+        if not (turning and self.equations.are_stressed):
+            return picked
+        own = [parameters[k] for k in turning]
+        runs = self._runs(_Forwards, Pattern(own, (), (), self._numbers_at, True), (), self._some)
+        for index, (k, item) in enumerate(zip(turning, own, strict=True)):
+            _, farthest = _greatest(runs, index, 0).tolist()
+            rates = _greatest(runs, index, 1) * self._sizes
+            # Rounding of how it turns is beside how fast all of it does.
+            least = max(self._inverse_unit(item), farthest, rates.max())
+            picked[k] = self._with_teeth(~(rates <= UNIQUE_TOLERANCE * least))
+        return picked
+
+    def picking(self, parameters: Sequence[Parameter], rows: Collection[int]) -> list[str]:
+        """Return names of parameters with which any of some rows of results picks up self-stress.
+
+        None of the parameters opens a loop.
+        """
+        own = [item for item in parameters if isinstance(item, OfColumn | OfOrigin)]
+        asked, sizes = [*rows], np.zeros(len(self._sizes))
+        sizes[asked] = self._sizes[asked]
+        if not (own and sizes.any() and self.equations.are_stressed):
+            return []
+        couplings = self.equations.place("couplings")
+        sizes[couplings] = self._sizes[couplings]  # Which teeth may press with.
+        (weighted,) = sizes.nonzero()
+        # A sum of all with generic weights tells, backwards, which parameters are worth a look.
+        generics = generic(len(weighted), 1) * sizes[weighted, None]
+        of = Pattern(own, (), tuple(weighted.tolist()), self._numbers_at, True)
+        runs = self._runs(_Backwards, of, [generics], self._some)
+        every = [np.abs(part.holding(slice(len(own)))).max(axis=1) for _, part in runs]
+        rates = np.max(every, axis=0)
+        units = np.array([self._inverse_unit(item) for item in own])
+        doubtful = [own[k] for k in np.flatnonzero(~(rates <= UNIQUE_TOLERANCE * units))]
+        picked = zip(doubtful, self.picked(doubtful), strict=True)
+        return [item.name for item, of in picked if of[asked].any()]
+
+    @property
+    def _some(self) -> Array:
+        """Samples that tell what is open: what is unique at some is wherever tapes hold."""
+        return some(self._x.shape[1], SAMPLES)
+
+    @cached_property
+    def _sizes(self) -> Array:
+        """What brings rows of a self-stress of size one to that of moments; zero for motion."""
+        equations, coordinates = self.equations, self._taped.problem.mechanism.coordinates
+        tree, sizes = equations.tree, np.zeros(equations.place("rests").stop)
+        lengths = np.repeat([tree.norm_length * tree.length, 1.0], 3)
+        sizes[equations.place("wrenches")] = np.tile(lengths, equations.wrenches)
+        # No self-stress is in what drives exert: their motion does work on none.
+        held = [equations.place("efforts").start + rate for rate in equations.roles.held]
+        sizes[held] = coordinates.rate_scale[[*equations.roles.held]]
+        sizes[equations.place("couplings")] = 1.0
+        return sizes / tree.length**2
+
+    def _inverse_unit(self, item: Parameter) -> float:
+        """Return one over an amount that changes a mechanism by about its own size."""
+        if isinstance(item, OfOrigin):
+            return 1.0 / item.unit
+        scale = self._taped.problem.mechanism.coordinates.scale
+        return float(scale[item.column]) if isinstance(item, OfColumn) else 1.0
+
+    def _with_teeth(self, picked: Array) -> Array:
+        """Return rows with all of joints that teeth press on whose moment is among them."""
+        mechanism, equations = self._taped.problem.mechanism, self.equations
+        wrenches = picked[equations.place("wrenches")].reshape(-1, 6)  # A view.
+        for teeth in mechanism.teeth:
+            if picked[equations.place("couplings")][teeth.coupling]:
+                wrenches[[mechanism.wrench_indices[name] for name in teeth.joints]] = True
+        return picked
 
     def slopes(
         self,
@@ -467,7 +569,11 @@ class Samples:
         return result
 
     def _runs(
-        self, kind: type[_Tape], of: Pattern, others: Sequence[Array]
+        self,
+        kind: type[_Tape],
+        of: Pattern,
+        others: Sequence[Array],
+        samples: Array | None = None,
     ) -> list[tuple[_Tape, Part]]:
         """Return tapes, and what each finds of samples.
 
@@ -475,6 +581,7 @@ class Samples:
             kind: of tapes.
             of: what changes.
             others: what they take besides.
+            samples: which ones, ascending; all if None.
         """
         count, kept = self._x.shape[1], self._taped.problem.mechanism.kept
         acting = self._rows.acting()
@@ -484,11 +591,12 @@ class Samples:
         names = tuple(item.name for item in of.parameters)
         loaded = tuple(name for name, _ in self._links)
         changing = names, loaded, tuple(of.seeded), tuple(of.weighted), acting.tobytes()
-        key = kind, self._taped.key, self._kind, *changing
+        key = kind, self._taped.key, self._kind, *changing, of.of_stress
         runs: list[tuple[_Tape, Part]] = []
-        left = np.arange(count)
-        for order, shadows, lanes, is_own in self._orders(left):
-            chosen = left if len(lanes) == count else left[np.isin(left, lanes)]
+        is_left = np.zeros(count, dtype=bool)
+        is_left[slice(None) if samples is None else samples] = True
+        for order, shadows, lanes, is_own in self._orders(np.flatnonzero(is_left)):
+            chosen = lanes[is_left[lanes]]
             if not len(chosen):
                 continue
             own = *key, tuple(order.places), shadows.tobytes()
@@ -509,8 +617,8 @@ class Samples:
                 return [(tape, Part(results))]
             (held,) = holds.nonzero()
             runs.append((tape, Part(results, held, chosen[held])))
-            left = np.setdiff1d(left, chosen[held])
-            if not len(left):
+            is_left[chosen[held]] = False
+            if not is_left.any():
                 break
         return runs
 
@@ -527,6 +635,17 @@ class Samples:
                 yield chosen.order, chosen.at, samples, False
         for own in self._taped.orders_at(self.equations, self._x):
             yield *own, True
+
+
+def _greatest(runs: Sequence[tuple[_Forwards, Part]], index: int, of: int) -> Array:
+    """Return the greatest magnitudes of numbers of a parameter (index), see `_Forwards.places`."""
+    result = np.zeros(len(runs[0][0].places[index][of]))
+    for tape, part in runs:
+        rows = tape.places[index][of]
+        (written,) = np.nonzero(rows >= 0)
+        most = np.abs(part.holding(rows[written])).max(axis=1, initial=0.0)
+        result[written] = np.maximum(result[written], most)
+    return result
 
 
 def _of_lanes(lanes: Array, parts: Sequence[Array], count: int) -> list[Array]:
@@ -612,6 +731,10 @@ class Differentiated:
         slopes = self._samples.slopes(parameters, weights)
         opened = slopes[len(parameters) :].max(axis=1, initial=0.0)
         return slopes[: len(parameters)].sum(axis=1) + more, opened
+
+    def picking(self, parameters: Sequence[Parameter], rows: Collection[int]) -> list[str]:
+        """See `Samples.picking`."""
+        return self._samples.picking(parameters, rows)
 
     def residuals(self, parameter: Parameter, change: Change) -> tuple[float, float]:
         """Return how fast loops open and bodies lose balance, by the proof; see `Derivative`.

@@ -202,6 +202,15 @@ class Equations:
         """What is known of the wrenches on links."""
         return self._kind.links
 
+    @property
+    def are_stressed(self) -> bool:
+        """Whether there is any self-stress of forces that are wanted."""
+        wanted = self._wanted and not self.roles.efforts_alone
+        return bool(wanted) and any(
+            block.is_balanced and len(block.rows) > len(block.passives)
+            for block in self.roles.blocks
+        )
+
     def on(self, tree: Tree, links: tuple[LinkKind, ...]) -> Equations:
         """Return the same of a tree and of links of other numbers."""
         result = copy(self)

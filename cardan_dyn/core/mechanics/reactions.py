@@ -12,10 +12,19 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from ...kit.arrays import NOTHING
-from ..tape import is_zero
+from ...kit.arrays import NOTHING, generic
+from ..tape import is_zero, sqrt
 from .bodies import Tree
-from .elimination import Eliminated, Order, Pivot, Row, UnsuitableError, eliminated, product
+from .elimination import (
+    Eliminated,
+    Order,
+    Pivot,
+    Row,
+    UnsuitableError,
+    combined,
+    eliminated,
+    product,
+)
 from .placements import Motion, Placed
 from .vectors import ZERO, Rotation, Scalar, Vector, added, cross, dot, less, seen, times, turned
 
@@ -534,6 +543,21 @@ class SelfStresses(NamedTuple):
                 own = couplings.get(coupling, 0.0)
                 couplings[coupling] = own + moment * moment / total
         return wrenches, couplings
+
+
+def self_stress(tree: Tree, at: Placed, factors: Eliminated, statics: Statics) -> Closed:
+    """Return a self-stress of size one in which all those of redundant closure rows take part.
+
+    Arguments as of `closed`. It vanishes where none of them loads anything that counts.
+    """
+    rows = [row for row in factors.redundant if row in statics.balanced]
+    amounts = generic(len(rows), 1)[:, 0].tolist()
+    stress = Closed.of(tree, at, combined([factors.dependence(row) for row in rows], amounts))
+    entries = _entries(tree, at, stress, statics.counted), _moments(tree, stress)
+    none = Closed(dict.fromkeys(range(len(tree.bodies)), (ZERO, ZERO)), {}, {})
+    if not any(entries):
+        return none
+    return none.with_added(1.0 / sqrt(sum((product(own, own) for own in entries), 0.0)), stress)
 
 
 def _entries(tree: Tree, at: Placed, of: Closed, counted: Collection[int]) -> dict[int, Scalar]:

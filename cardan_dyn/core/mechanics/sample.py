@@ -33,6 +33,7 @@ from .reactions import (
     closed,
     missing,
     momentum_rates,
+    self_stress,
 )
 from .vectors import ZERO, Rotation, Scalar, Vector, seen, times, turned
 
@@ -368,21 +369,35 @@ def solved_at(position: Position, tree: Tree, roles: Roles, given: Given) -> Sol
         moments = dict(result.couplings)
         for coupling, moment in borne.items():
             moments[coupling] = moments.get(coupling, 0.0) + moment
+    efforts = _exerted(tree, at, roles, result, loads)
+    return Solved(x, ratios, v, a, *_in_frames(tree, at, result), efforts, moments, rests, *judged)
+
+
+def stressed_at(position: Position, tree: Tree, roles: Roles) -> Solved:
+    """Return a self-stress in place of what is found at a closed position, see `self_stress`.
+
+    Nothing moves, and of couplings with teeth it has their moments alone.
+    """
+    at, factors = position.at, position.factors
+    stress = self_stress(tree, at, factors, roles.statics)
+    efforts = _exerted(tree, at, roles, stress, {})
+    wrenches, fixed = _in_frames(tree, at, stress)
     return Solved(
-        x,
-        ratios,
-        v,
-        a,
-        {index: _seen_pair(at.rotations[index], pair) for index, pair in result.wrenches.items()},
-        {
-            tree.loops[index].wrench: _seen_pair(at.end(tree.loops[index].successor)[0], pair)
-            for index, pair in result.exchanged.items()
-            if tree.loops[index].wrench >= 0
-        },
-        _exerted(tree, at, roles, result, loads),
-        moments,
-        rests,
-        *judged,
+        position.x,
+        ratios=[{} for _ in roles.drives],
+        v={},
+        a={},
+        wrenches=wrenches,
+        fixed=fixed,
+        exerted=efforts,
+        couplings=stress.couplings,
+        rests={},
+        unheld=[],
+        step=0.0,
+        error=position.error,
+        turned=position.turned,
+        growth=factors.growth,
+        narrowness=factors.narrowness,
     )
 
 
@@ -396,6 +411,18 @@ def openings(
     position = Position.of(tree, roles, given.x, given.offsets, order)
     stresses = SelfStresses.of(tree, position.at, position.factors, roles.statics)
     return stresses.influence(tree, position.at, roles.counted)
+
+
+def _in_frames(tree: Tree, at: Placed, of: Closed) -> tuple[dict[int, Wrench], dict[int, Wrench]]:
+    """Return wrenches of bodies, and of `fixed` loops, see `Solved`."""
+    return (
+        {index: _seen_pair(at.rotations[index], pair) for index, pair in of.wrenches.items()},
+        {
+            tree.loops[index].wrench: _seen_pair(at.end(tree.loops[index].successor)[0], pair)
+            for index, pair in of.exchanged.items()
+            if tree.loops[index].wrench >= 0
+        },
+    )
 
 
 def _seen_pair(rotation: Rotation, pair: Wrench) -> Wrench:

@@ -14,7 +14,7 @@ from ...kit.checks import mapping, numbers, vector
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import Frozen, frozen, read_only
 from ..description.origins import PREFIX
-from ..dynamics.differentiated import Change, Differentiated
+from ..dynamics.differentiated import Change, Differentiated, changes_of
 from ..dynamics.inverse_dynamics import Inputs
 from ..dynamics.parameters import Parameter
 from ..dynamics.problem_solver import (
@@ -97,12 +97,13 @@ class Swept(NamedTuple):
 class WrenchDerivative(NamedTuple):
     """How the wrench of a joint changes, in the joint's own axes.
 
-    Components that do not follow from the laws of motion alone are NaN.
+    Components that do not follow from the laws of motion alone are NaN, and so are those that no
+    longer do where the number is another: self-stress turns into them.
 
     Attributes:
         force: `(…, 3)` [N per unit].
         moment: `(…, 3)` [N·m per unit].
-        unique: `(6,)` see `JointWrench.unique`.
+        unique: `(6,)` which components are not NaN.
     """
 
     force: Array
@@ -194,9 +195,10 @@ class Derivative(Frozen):
         Raises:
             ModelError: it is no output.
         """
-        force, moment = (self._read(f"{joint}.{kind}") for kind in ("force", "moment"))
-        problem = self._of.problem
-        return WrenchDerivative(force, moment, self._of.unique[problem.outputs.index(joint)])
+        names = [f"{joint}.{kind}" for kind in ("force", "moment")]
+        force, moment = map(self._read, names)
+        unique = np.concatenate([self._unique(_rows_of(self._of, name)) for name in names])
+        return WrenchDerivative(force, moment, read_only(unique))
 
     @cached_property
     def drive_effort(self) -> Array:
@@ -224,8 +226,12 @@ class Derivative(Frozen):
         """Return the derivative of a result by its name; errors as of `_rows_of`."""
         rows = _rows_of(self._of, name)
         values = self._change.of(rows.field, rows.columns)
-        values[:, ~rows.flags] = np.nan
+        values[:, ~self._unique(rows)] = np.nan
         return read_only(values.reshape(*self.shape, *rows.shape))
+
+    def _unique(self, rows: _Rows) -> Array:
+        """Return which columns of a result are unique, and change uniquely."""
+        return np.asarray(rows.flags & ~self._change.picks(rows.field, rows.columns))
 
     def point(self, link: str, xyz: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
         """Return how a point of a link moves `(…, 3)` [m per unit], in world axes.
@@ -369,9 +375,31 @@ def slopes_of(
     with np.errstate(all="ignore"):
         slopes, opened = samples.slopes([*parameters.values()], rows)
     each = zip(parameters, slopes.tolist(), opened.tolist(), strict=True)
-    return frozen(
-        {name: slope for name, slope, rate in each if not _refused(name, rate, 1.0, name in names)}
-    )
+    found = {
+        name: slope for name, slope, rate in each if not _refused(name, rate, 1.0, name in names)
+    }
+    for name in samples.picking([parameters[name] for name in found], rows):
+        refuse_turned(name, name in names)
+        del found[name]
+    return frozen(found)
+
+
+def refuse_turned(name: str, is_asked: bool) -> None:
+    """Refuse the derivative of a sum by a parameter if self-stress turns into what is weighted.
+
+    Args:
+        name: of the parameter.
+        is_asked: whether it was asked for by its name.
+
+    Raises:
+        ModelError: it was.
+    """
+    if is_asked:
+        raise ModelError(
+            f"{name}: how a weighted component changes with it does not follow from the laws of "
+            f"motion alone: leave out what is NaN in derivative({name!r})",
+            name=name,
+        )
 
 
 def weighed(of: Swept, weights: Mapping[str, ArrayLike]) -> Iterator[tuple[str, int, Array]]:
@@ -436,8 +464,7 @@ def efforts_by(
         for name, change in zip(parameters, changes, strict=True):
             _refused(name, change.opened, change.farthest, is_asked=True)
         efforts.append(found.efforts[:, drives])
-        of = [change.of("efforts", drives) for change in changes]
-        slopes.append(np.stack(of, axis=2))
+        slopes.append(changes_of(changes, "efforts", drives))
     return np.concatenate(efforts), np.concatenate(slopes)
 
 

@@ -380,9 +380,8 @@ class Sweep(MotionResult):
             checks.append(f"balance {self.balance_residual:.1e}")
         if not math.isnan(self.power_residual):
             checks.append(f"power {self.power_residual:.1e}")
-        beware = "".join(
-            f"; {text}" for text in (self.left_open.brief, self.near_singular()) if text
-        )
+        told = self.left_open.brief, self.near_singular(), self.near_reach
+        beware = "".join(f"; {text}" for text in told if text)
         return (
             f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
             f"{self._driven()}{self._unchecked()}residuals: {', '.join(checks)}{beware}>"
@@ -413,6 +412,11 @@ class Sweep(MotionResult):
             most = max(most, float(np.nanmax(force, initial=0.0)))
         told = near_singular(lost_part(self.condition, sizes))
         return f"{told}, where forces reach {most:.3g} N" if told else ""
+
+    @property
+    def near_reach(self) -> str:
+        """In words that what moves as given is close to where its reach ends; see `TaskSweep`."""
+        return ""
 
     def _driven(self) -> str:
         """Return over which range a single drive moves, for `repr`: it shows degrees as turns."""
@@ -582,7 +586,8 @@ class Sweep(MotionResult):
 
         Raises:
             ArgumentError: as `derivative`; weights that are no numbers, or have another shape.
-            ModelError: as `derivative`; no such result, or one that is not unique.
+            ModelError: as `derivative`; no such result, or one that is not unique, or whose change
+                with a parameter is not.
         """
         from .derivative import slopes_of
 

@@ -219,6 +219,8 @@ class Findings(Result, Frozen):
         found = [self._found.doubt] if self.acts and self._found.unknown else []
         if told := self._near_singular:
             found.append(f"{told[0].upper()}{told[1:]}.")
+        if self.sweep is not None and (told := self.sweep.near_reach):
+            found.append(f"{told[0].upper()}{told[1:]}.")
         if self.sweep is not None and self.acts and self.drives:
             # Whatever is looked at, such a function may be something else in between.
             given = [

@@ -322,7 +322,7 @@ def test_mappings_that_cannot_be_read(one: Problem) -> None:
         lambda item: acting_on(one, inertia=item),
     ):
         with pytest.raises(cd.ArgumentError):
-            read(ExplodingMapping())
+            read(ExplodingMapping(bearing_out=1.0))
 
 
 # What acts

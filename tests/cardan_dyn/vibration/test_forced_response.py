@@ -158,7 +158,8 @@ def test_a_constant_input_torque_has_no_fourth_order() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("urdf", "beta", "waves"),
-    [(elastic_rigs.torsional_line(damping_in=0.1), 0.1, 9), (RIG, 20.0, 31), (RIG, 45.0, 45)],
+    # At 45° the stiffness has a 44th order of 2.8e-13: 45 nodes of half a turn do not resolve it.
+    [(elastic_rigs.torsional_line(damping_in=0.1), 0.1, 9), (RIG, 20.0, 31), (RIG, 45.0, 63)],
 )
 def test_orders_of_a_wrench_add_up_to_it(urdf: str, beta: float, waves: int) -> None:
     found = response([0.3], np.radians(beta), urdf, joints="bearing_out")

@@ -41,13 +41,17 @@ def test_motions_beyond_what_is_searched_are_missed() -> None:
 def test_motions_are_found_on_branches_from_other_speeds() -> None:
     """Beside a fold Newton's method from rest leads nowhere."""
     finder = search(elastic_rigs.torsional_line(damping_in=0.04), np.radians(45.0))
-    (found,) = finder.every(np.array([0.51]))
+    groups, signs = finder.every(np.array([0.505])), []
     assert not finder.missed
-    start = np.r_[found.course.q[0, 0], found.course.rate[0, 0]]
-    shot = periodic(SpringInFront(np.radians(45.0), 0.51, 0.5, 0.02), start)
-    np.testing.assert_allclose(shot.start, start, atol=1e-9)
-    assert 0.4 < np.max(np.abs(found.course.q)) < 0.6
-    assert finder.primary(np.array([0.51])) == []
+    for motions in groups:
+        signs += motions.sign.tolist()
+        for q, rate in zip(motions.course.q, motions.course.rate, strict=True):
+            start = np.r_[q[0], rate[0]]
+            shot = periodic(SpringInFront(np.radians(45.0), 0.505, 0.5, 0.02), start)
+            np.testing.assert_allclose(shot.start, start, atol=1e-9)
+            assert 0.4 < np.max(np.abs(q)) < 0.8
+    assert sorted(signs) == [-1.0, 1.0, 1.0]
+    assert finder.primary(np.array([0.505])) == []
 
 
 @pytest.mark.campaign

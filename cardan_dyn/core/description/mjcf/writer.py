@@ -219,7 +219,8 @@ class _MjcfWriter:
                 stated |= {"axis": words(frame[:3, :3] @ axis), **dynamics_of(item.dynamics)}
             if inertia:
                 stated["armature"] = words([inertia])
-            if len(parts) == 1 and isinstance(item, JointDescription):
+            # The limits of a joint that turns about two axes are those of either.
+            if isinstance(item, JointDescription) and all(kind == other for other, _ in parts):
                 stated |= range_of(item)
             SubElement(body, "joint", stated)
 

@@ -1,18 +1,19 @@
 """Continuation: periodic motions along a curve through speed, which turns back where they vanish.
 
-Speed is an unknown like the nodes of the motion; each step goes along the tangent of the curve and
-is corrected across it, so that folds are passed as any other place (pseudo-arclength). Where the
-sign of the Jacobian changes without a fold, another curve crosses this one.
+Speed is an unknown like the nodes of the motion; each step goes on through the last points along
+their tangents and is corrected across these, so that folds are passed as any other place
+(pseudo-arclength). Where the sign of the Jacobian changes without a fold, another curve crosses
+this one.
 
 Source: Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, 1977.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,8 +29,8 @@ _FIRST, _SHORTEST, _LONGEST = 0.05, 1e-7, 0.3
 """Steps: 1 is the greatest motion on the branch so far, or the width of the range."""
 _FORETOLD = 0.02
 """Error of a motion that was foretold, in the same measure, at which a step is right."""
-_TURN = 0.9
-"""Cosine of the angle between two tangents from which on a step was too long."""
+_TURN = 0.45
+"""Angle between two tangents [rad] from which on a step was too long."""
 _AT_LAST = 5e-3
 """Shortest step towards the end of what is asked for."""
 _CUT = 1e-4
@@ -45,6 +46,10 @@ _BACK = 0.25
 """How far before its beginning a branch may come back, as a fraction of the range of speed."""
 
 
+Way = tuple[Array, float]
+"""By how much a motion `(N, n)` and its speed change."""
+
+
 class Point(NamedTuple):
     """A motion on a branch.
 
@@ -53,12 +58,14 @@ class Point(NamedTuple):
         speed: of the drive [rad/s].
         q: `(N, n)` at the nodes of a period.
         sign: of the determinant of the equation's Jacobian.
+        way: along the branch, in either sense; None if it was not asked for.
     """
 
     model: MotionEquation
     speed: float
     q: Array
     sign: float
+    way: Way | None = None
 
     @classmethod
     def of(cls, motions: Motions, row: int = 0) -> Point:
@@ -79,10 +86,6 @@ class Point(NamedTuple):
         course = course_of(self.q[None], np.array([self.speed]), self.model.period)
         sign = np.array([self.sign])
         return Motions(self.model, np.zeros(1, dtype=int), course, sign)
-
-
-Way = tuple[Array, float]
-"""By how much a motion `(N, n)` and its speed change."""
 
 
 class Fold(NamedTuple):
@@ -147,20 +150,20 @@ class Branch:
         if way is not None:
             way = resampled(way[0], len(point.q)), way[1]
         way = way or (np.zeros_like(point.q), sense)
-        point, ahead = self._at_home(point, self._tangent(point, way))
+        point = self._at_home(point._replace(way=self._tangent(point, way)))
         self.points = [point]
         step, shortest = _FIRST, _SHORTEST
         most = _MOST_ROUGH if self._is_rough else _MOST_POINTS
         with Task("branch", abs(self._last - self._first)) as task:
             while len(self.points) < most and step >= shortest:
                 try:
-                    found = self._step(point, ahead, step)
+                    found = self._step(step)
                 except CardanError as error:
                     found, shortest, self.reason = None, _AT_LAST, str(error)
                 if found is None:
                     step *= 0.4
                     continue
-                (point, ahead, factor), self.reason = found, ""
+                (point, factor), self.reason = found, ""
                 self._grow(point)
                 self.points.append(point)
                 step = min(step * factor, _LONGEST)
@@ -184,36 +187,71 @@ class Branch:
         swing = (point.q - np.mean(point.q, axis=0)) / self._units
         self._size = max(self._size, float(np.sqrt(np.mean(swing**2))), 1e-9)
 
-    def _step(self, point: Point, ahead: Way, step: float) -> tuple[Point, Way, float] | None:
-        """Return the next point, the way on, and by which factor steps may change; or None."""
+    def _step(self, step: float) -> tuple[Point, float] | None:
+        """Return the next point, and by which factor steps may change; or None."""
+        point = self.points[-1]
         # Lengths have another measure where the branch has grown.
-        length = self._length(*ahead)
-        way, rate = ahead[0] / length, ahead[1] / length
-        q, speed = point.q + step * way, point.speed + step * rate
-        if speed * self._last <= 0.0:
+        way, rate = self._along(point)
+        guess = point._replace(q=point.q + step * way, speed=point.speed + step * rate)
+        if len(self.points) > 1:
+            at, places = self._curve(self.points[-3:])
+            guess = at(places[-1] + step)
+        if guess.speed * self._last <= 0.0:
             return None
-        found = self._corrected(point.model, q, speed, (way, rate))
-        if found is None:
+        there = self._corrected(guess, (way, rate))
+        if there is None:
             return None
-        there, tangent = found
-        gap = self._length(there.q - q, there.speed - speed)
+        gap = self._apart(there, guess)
         if gap > 2.0 * _FORETOLD:
             return None
+        further = self._at_home(there)
         # What the next tangent is compared with has the nodes and the model of the new point.
-        further, (q_way, rate_on) = self._at_home(there, tangent)
-        old = resampled(way, len(q_way))
-        cosine = self._product((old, rate), (q_way, rate_on))
-        if cosine < _TURN:
+        old = resampled(way, len(further.q)), rate
+        turn = float(np.arccos(min(1.0, self._product(old, self._along(further)))))
+        if turn > _TURN:
             return None
-        factor = min(2.0, 0.9 * float(np.sqrt(_FORETOLD / max(gap, 1e-6))))
-        return further, (q_way, rate_on), factor
+        factor = 0.8 * min(_TURN / max(turn, EPS), np.sqrt(_FORETOLD / max(gap, EPS)))
+        return further, min(2.0, float(factor))
 
-    def _at_home(self, point: Point, way: Way) -> tuple[Point, Way]:
-        """Return a point on enough nodes, and the way on.
+    def _along(self, point: Point) -> Way:
+        """Return the way along the branch at one of its points, of length 1."""
+        way, rate = point.way or self._tangent(point, (np.zeros_like(point.q), 1.0))
+        length = self._length(way, rate)
+        return way / length, rate / length
 
-        Args:
-            point: on too few, maybe.
-            way: the way on there.
+    def _curve(self, points: Sequence[Point]) -> tuple[Callable[[float], Point], Array]:
+        """Return what foretells points at places on the way through some, and where these are.
+
+        It is the polynomial through them along their tangents, over lengths of arcs of circles.
+        """
+        first, count = points[0], max(len(point.q) for point in points)
+        flat = [
+            [np.append(resampled(item, count).T.ravel(), rate) for item, rate in kind]
+            for kind in (((point.q, point.speed) for point in points), map(self._along, points))
+        ]
+        values, ways = map(np.array, flat)
+        measure = self._dual(np.ones((count, first.q.shape[1])), 1.0)
+        chords = np.diff(values, axis=0)
+        sense = np.sign(np.sum(ways * measure * np.concatenate([chords[:1], chords]), axis=1))
+        ways *= sense[:, None]
+        turns = np.arccos(np.minimum(1.0, np.sum(ways[1:] * measure * ways[:-1], axis=1)))
+        arcs = np.sqrt(np.sum(measure * chords**2, axis=1)) / np.sinc(turns / (2.0 * np.pi))
+        places = np.append(0.0, np.cumsum(arcs))
+
+        def at(place: float) -> Point:
+            state = np.zeros(len(measure))
+            for own, (value, way) in enumerate(zip(values, ways, strict=True)):
+                gap, others = place - places[own], np.delete(places, own)
+                apart = places[own] - others
+                value = value + gap * (way - 2.0 * np.sum(1.0 / apart) * value)
+                state += np.prod((place - others) / apart) ** 2 * value
+            q = state[:-1].reshape(first.q.shape[1], count).T
+            return Point(first.model.on(count), float(state[-1]), q, first.sign)
+
+        return at, places
+
+    def _at_home(self, point: Point) -> Point:
+        """Return a point on enough nodes.
 
         Raises:
             CardanError: it is larger than is asked for.
@@ -225,24 +263,24 @@ class Branch:
                     "looks farther"
                 )
             if not self._lacks_orders(point) or len(point.q) == MOST_NODES:
-                return point, way
+                return point
             model = point.model.on(next_size(len(point.q) + 1))
-            q, way = resampled(point.q, model.count), (resampled(way[0], model.count), way[1])
-            found = self._corrected(model, q, point.speed, way)
+            way, rate = self._along(point)
+            finer = point._replace(model=model, q=resampled(point.q, model.count))
+            found = self._corrected(finer, (resampled(way, model.count), rate))
             if found is None:
                 raise CardanError("no motion was found beside its last one")
-            point, way = found
+            point = found
 
     def _lacks_orders(self, point: Point) -> bool:
         if not self._is_rough:
             return bool(lacks_orders(point.model, point.q[None])[0])
         return bool(np.max(tail(point.q - np.mean(point.q, axis=0))) > _CUT)
 
-    def _corrected(
-        self, model: MotionEquation, q: Array, speed: float, way: Way
-    ) -> tuple[Point, Way] | None:
-        """Return the motion across a way, and the way on there, in the same sense; or None."""
+    def _corrected(self, guess: Point, way: Way) -> Point | None:
+        """Return the motion across a way, with the way on there in the same sense; or None."""
         across, before = self._dual(*way), np.nan
+        model, speed, q = guess[:3]
         for _ in range(_MOST_CORRECTIONS):
             equation, matrix = self._bordered(model, q, speed, across)
             sides = np.zeros((len(matrix), 2))
@@ -261,7 +299,7 @@ class Branch:
             # Steps shrink by their squares.
             if length <= ROUNDED or length * (length / before) ** 2 <= EPS:
                 sign = float(np.linalg.slogdet(matrix[:-1, :-1])[0])
-                return Point(model, float(speed), q, sign), self._unit(ahead, q)
+                return Point(model, float(speed), q, sign, self._unit(ahead, q))
             before = length
         return None
 
@@ -313,14 +351,59 @@ class Branch:
             index: of the point whose measure exceeds that of both neighbours.
             measure: of a point.
         """
-        here = self.points[index]
+        low, top, high = self.points[index - 1 : index + 2]
+        most, gap = measure(top), np.inf
+        while True:
+            sides = [self._curve([top, end]) for end in (low, high)]
 
-        def at(place: float) -> Point:
-            beside = self.points[index + (1 if place > 0.0 else -1)]
-            return self.between(here, beside, abs(place)) or here
+            def at(place: float, sides: list[tuple[Any, Array]] = sides) -> float:
+                curve, places = sides[place > 0.0]
+                return measure(curve(abs(place) * places[-1]))
 
-        place, _ = peak(lambda place: measure(at(place)), -1.0, 1.0)
-        return max(at(0.0), at(place), key=measure)
+            place, _ = peak(at, -1.0, 1.0)
+            there, before = self._met(top, high if place > 0.0 else low, abs(place)), gap
+            if there is None:
+                return top
+            point, gap = there
+            size = measure(point)
+            if size > most:
+                low, high = (top, high) if place > 0.0 else (low, top)
+                top, most = point, size
+            else:
+                low, high = (low, point) if place > 0.0 else (point, high)
+            # Curves through points that are close to each other foretell what is between them.
+            if gap <= ROUNDED or gap > 0.5 * before:
+                return top
+
+    def reached(
+        self, first: Point, second: Point, measure: Callable[[Point], float]
+    ) -> Point | None:
+        """Return the point between two at which a measure is zero; None if none is found.
+
+        Args:
+            first: a point.
+            second: another one beside it, whose measure has the other sign.
+            measure: of a point.
+        """
+        from scipy.optimize import brentq
+
+        is_above, gap = measure(first) > 0.0, np.inf
+        while True:
+            at, places = self._curve([first, second])
+            if (measure(at(0.0)) > 0.0) == (measure(at(places[-1])) > 0.0):
+                # To rounding, it is zero at one of them.
+                return min(first, second, key=lambda point: abs(measure(point)))
+            place = brentq(lambda place, at=at: measure(at(place)), *places)
+            there, before = self._met(first, second, place / places[-1]), gap
+            if there is None:
+                return None
+            point, gap = there
+            if gap <= ROUNDED or gap > 0.5 * before:
+                return point
+            if (measure(point) > 0.0) == is_above:
+                first = point
+            else:
+                second = point
 
     @cached_property
     def folds(self) -> list[Fold]:
@@ -341,22 +424,18 @@ class Branch:
 
     def near(self, speed: float) -> list[Point]:
         """Return where the branch passes a speed, interpolated."""
+        from scipy.optimize import brentq
+
         points, speeds, folds = self._turned
         found = []
         is_between = (speeds[:-1] - speed) * (speeds[1:] - speed) <= 0.0
         for place in np.nonzero(is_between & (speeds[:-1] != speeds[1:]))[0].tolist():
             first, second = points[place : place + 2]
-            share = (speed - first.speed) / (second.speed - first.speed)
-            # Beside a fold the way goes with the root of the speed's.
-            if place in folds:
-                share = np.sqrt(share)
-            elif place + 1 in folds:
-                share = 1.0 - np.sqrt(1.0 - share)
+            at, places = self._curve([first, second])
+            passed = at(brentq(lambda place, at=at: at(place).speed - speed, *places))
+            # In a fold itself the sign changes.
             one = second if place in folds else first
-            count = max(len(first.q), len(second.q))
-            ends = [resampled(point.q, count) for point in (first, second)]
-            q = ends[0] + share * (ends[1] - ends[0])
-            found.append(Point(one.model, speed, q, one.sign))
+            found.append(passed._replace(speed=speed, sign=one.sign))
         return found
 
     def crossed(self) -> list[tuple[Point, Way]]:
@@ -393,17 +472,20 @@ class Branch:
     def beside(self, point: Point, way: Way) -> Point | None:
         """Return the point at a first step along a way that leaves this branch; None if none."""
         q, speed = point.q + _FIRST * way[0], point.speed + _FIRST * way[1]
-        found = self._corrected(point.model, q, speed, way)
-        return found and found[0]
+        return self._corrected(point._replace(q=q, speed=speed), way)
 
     def between(self, first: Point, second: Point, share: float) -> Point | None:
         """Return the point at a share of the way from one to the next."""
-        count = max(len(first.q), len(second.q))
-        ends = [resampled(point.q, count) for point in (first, second)]
-        way, rate = ends[1] - ends[0], second.speed - first.speed
-        q, speed = ends[0] + share * way, first.speed + share * rate
-        found = self._corrected(first.model.on(count), q, speed, (way, rate))
+        found = self._met(first, second, share)
         return found and found[0]
+
+    def _met(self, first: Point, second: Point, share: float) -> tuple[Point, float] | None:
+        """Return the same, and how far from it was foretold."""
+        at, places = self._curve([first, second])
+        guess = at(share * places[-1])
+        ends = [resampled(point.q, len(guess.q)) for point in (first, second)]
+        found = self._corrected(guess, (ends[1] - ends[0], second.speed - first.speed))
+        return found and (found, self._apart(found, guess))
 
 
 def _speed_along(sense: float) -> Callable[[Point], float]:

@@ -19,8 +19,6 @@ from ..model.motion_equation import Course, LocalEquation, MotionEquation
 _MOST_STEPS = 30
 _SINGULAR_STEPS = 8
 """Steps after which motions without effort that still move are those of a singular Jacobian."""
-_LONGEST = 0.125
-"""Longest step, as a fraction of the farthest that motions go."""
 _NUMBERS = 2_000_000
 """Numbers (16 MB) of Jacobians that are solved at a time."""
 _CUT = 1e3
@@ -165,7 +163,7 @@ def solved(model: MotionEquation, speed: Array, guess: Array) -> Found:
             np.concatenate([part.converged for part in parts]),
             np.concatenate([part.sign for part in parts]),
         )
-    size, longest = len(guess), _LONGEST * model.most
+    size = len(guess)
     q, sign = guess.copy(), np.zeros(size)
     converged, active = np.zeros(size, dtype=bool), np.ones(size, dtype=bool)
     before = np.full(size, np.nan)
@@ -186,7 +184,8 @@ def solved(model: MotionEquation, speed: Array, guess: Array) -> Found:
                 length[item] = np.max(np.abs(step[item] / model.units))
         bad = ~np.isfinite(length)
         step[bad] = 0.0
-        factor = longest / np.where(bad, 1.0, np.maximum(length, longest))
+        # No step goes farther than motions do.
+        factor = model.most / np.where(bad, 1.0, np.maximum(length, model.most))
         q[index] += factor[:, None, None] * step
         way = swings(q[index], model.units)
         gone = bad | (way > 3.0 * model.most)

@@ -45,7 +45,8 @@ def residuals(motions: Motions) -> Array:
     worst = float(np.max(residual))
     if not worst <= _WORST:
         raise AccuracyError(
-            f"efforts do not vanish along the periodic motion: {worst:.1e} of them is left",
+            f"efforts do not vanish along the periodic motion: {worst:.1e} of them is left; where "
+            "the law of an element has a corner, efforts are no smooth functions: round it",
             residual=worst,
             tolerance=_WORST,
         )

@@ -95,7 +95,8 @@ class MotionSearch:
                 found += stretch.motions(speed, inside, known)
         self.missed = {
             index: f"no periodic motion was found at a speed of {speed[index]:.12g} rad/s within "
-            f"{self.model.most:g} rad (or characteristic lengths) of its mean"
+            f"{self.model.most:g} rad (or characteristic lengths) of its mean; none is found where "
+            "the law of an element has a corner in the motion: round it"
             for index in range(len(speed))
             if not known.at[index]
         }

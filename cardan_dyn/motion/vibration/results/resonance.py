@@ -544,25 +544,13 @@ class _Stretch:
 
     def _above_half_power(self, points: Sequence[Point]) -> tuple[list[Point], bool]:
         """Return points above half power, the last one at it; and whether that was met."""
-        from scipy.optimize import brentq
-
         level, inside = self.severity / np.sqrt(2.0), []
         for before, after in pairwise(points):
             if self.share(after) > level:
                 inside.append(after)
                 continue
-
-            def at(part: float, before: Point = before, after: Point = after) -> Point:
-                found = self._branch.between(before, after, part)
-                if found is None:
-                    raise VibrationError("no motion was found between two of a branch")
-                return found
-
-            try:
-                part = brentq(lambda part, at=at: self.share(at(part)) - level, 0.0, 1.0, xtol=1e-8)
-                return [*inside, at(part)], True
-            except VibrationError:
-                break
+            found = self._branch.reached(before, after, lambda point: self.share(point) - level)
+            return ([*inside, found], True) if found else (inside, False)
         return inside, False
 
 

@@ -396,3 +396,15 @@ def test_driven_joints_have_motors() -> None:
     again = read(to_mjcf(description), strict=False)
     assert again.independent_joints == ("revolute",)
     assert cd.Scene(cd.Mechanism(again), held={"prismatic": 0.0}).drives == ("revolute",)
+
+
+def test_limits_of_a_universal_joint_are_those_of_both_hinges() -> None:
+    text = """<robot name="wrist"><link name="arm"/><link name="hand"><inertial><mass value="1"/>
+      <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="w" type="universal"><parent link="arm"/><child link="hand"/><axis xyz="1 0 0"/>
+      <axis2 xyz="0 1 0"/><limit lower="-0.5" upper="0.4" velocity="1" effort="1"/></joint>
+      </robot>"""
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(to_mjcf(read(text)))
+    assert model.jnt_limited.tolist() == [1, 1]
+    np.testing.assert_allclose(model.jnt_range, [[-0.5, 0.4]] * 2)
