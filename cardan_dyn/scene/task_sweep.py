@@ -280,7 +280,7 @@ class TaskSweep(Sweep):
         rows = spread(self._given.position, (*self.shape, len(self.rows)))
         rows = rows.reshape(-1, len(self.rows))[worst if len(condition) > 1 else 0]
         at = ", ".join(
-            f"{name} = {value:.4g} {self._unit(name)}"
+            f"{name} = {value:.4g} {unit_of_row(self.mechanism, name)}"
             for name, value in zip(self.rows, rows, strict=True)
         )
         return (
