@@ -141,7 +141,7 @@ RISE = np.linspace(0.0, 1.0, 41)
 TIP = np.stack([2.4 + 0.3 * np.sin(5.0 * RISE), RISE - 1.0], axis=1)
 
 
-def lifted(*forces: tuple[float, float, float]) -> list[cd.TaskSweep]:
+def lifted(*forces: tuple[float, float, float]) -> list[Any]:
     """Return sweeps of an arm without weight whose tip rises, under forces there."""
     scene = cd.Scene(
         cd.load(ARM), task=cd.PointTask("hand", axes="xz"), actuated=["shoulder", "elbow"]
