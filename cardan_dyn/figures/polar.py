@@ -349,8 +349,8 @@ def _quarters(angle: Array) -> dict[int, str]:
 
 def _ends(position: Array) -> dict[int, str]:
     """Return the first and the last sample of a drive that slides, and their labels."""
-    places = dict.fromkeys((0, len(position) - 1))
-    return {index: f"{position[index]:.3g} m" for index in places}
+    places, size = dict.fromkeys((0, len(position) - 1)), float(np.abs(position).max())
+    return {index: amount(float(position[index]), "m", 3, size) for index in places}
 
 
 def across(axis: Array) -> str:

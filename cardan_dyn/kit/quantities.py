@@ -73,14 +73,23 @@ def number(value: float, digits: int = 4) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def amount(value: float, unit: str, digits: int = 4) -> str:
+def amount(value: float, unit: str, digits: int = 4, size: float = 0.0) -> str:
     """Return a number with its unit.
+
+    Args:
+        value: the number.
+        unit: see `prefix`.
+        digits: of the number.
+        size: of the greatest that it stands beside, whose unit it has, and beside which rounding is
+            nothing.
 
     >>> amount(-71.6e9, "Pa")
     '-71.6 GPa'
+    >>> amount(4e-12, "m", size=0.9)
+    '0 mm'
     """
-    scale, shown = prefix(abs(value), unit)
-    text = number(value / scale, digits)
+    scale, shown = prefix(max(abs(value), size), unit)
+    text = number(0.0 if abs(value) <= NOTHING * size else value / scale, digits)
     return f"{text}{'' if shown == '°' else ' '}{shown}".rstrip()
 
 

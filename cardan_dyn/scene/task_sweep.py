@@ -23,6 +23,7 @@ from .tasks import Task, missed
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..core.mechanism.mechanism import Mechanism
     from ..core.results.derivative import Derivative, Swept
     from ..core.results.point_motion import Points
     from .task_derivative import TaskDerivative
@@ -279,7 +280,7 @@ class TaskSweep(Sweep):
         rows = spread(self._given.position, (*self.shape, len(self.rows)))
         rows = rows.reshape(-1, len(self.rows))[worst if len(condition) > 1 else 0]
         at = ", ".join(
-            f"{name} = {value:.4g} {self._unit(name)}"
+            f"{name} = {value:.4g} {unit_of_row(self.mechanism, name)}"
             for name, value in zip(self.rows, rows, strict=True)
         )
         return (
@@ -318,7 +319,7 @@ class TaskSweep(Sweep):
         table = super().table(motion=motion, points=points)
         dims = (*table.samples, "task")
         per = {"position": "", "speed": "/s", "acceleration": "/s²"}
-        units = [self._unit(task) for task in self.rows]
+        units = [unit_of_row(self.mechanism, row) for row in self.rows]
         variables = [
             (
                 f"task_{name}",
@@ -335,11 +336,12 @@ class TaskSweep(Sweep):
         labels = {**table.labels, "task": self.rows}
         return replace(table, variables=[*table.variables, *variables], labels=labels)
 
-    def _unit(self, row: str) -> str:
-        drivable = self.mechanism.drivable
-        if row in drivable:
-            return drivable[row].unit
-        return "rad" if row.rpartition(".")[2].startswith("turn_") else "m"
+
+def unit_of_row(mechanism: Mechanism, row: str) -> str:
+    """Return the unit of a row of a task, `rad` or `m`, by its name."""
+    if row in mechanism.drivable:
+        return mechanism.drivable[row].unit
+    return "rad" if row.rpartition(".")[2].startswith("turn_") else "m"
 
 
 def _loaded(acting: Acting, more: Mapping[str, Array | float]) -> Acting:

@@ -446,6 +446,11 @@ class MotionPlot(Plot):
         self, x: Any, label: str, table: Table, known: Mapping[str, tuple[Array, str]]
     ) -> Abscissa:
         turn = self._result
+        if isinstance(x, str) and f"{x}.task_position" in known:
+            label = label or super()._abscissa(f"{x}.task_position", "", table, known).label
+            return super()._abscissa(
+                f"{x}.task_position", label.replace(".task_position", ""), table, known
+            )
         if isinstance(x, str) and x not in known:
             first = turn.coordinates[0] if turn.coordinates else ""
             if x in turn.mechanism.drivable:

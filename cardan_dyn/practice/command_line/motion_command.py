@@ -12,6 +12,7 @@ import click
 import numpy as np
 
 from ...core.elements.described import described_elements
+from ...core.elements.link_loads import Wrench
 from ...core.mechanics.exact import load
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.wrench import JointWrench
@@ -298,6 +299,8 @@ def _say_what_acts(scene: Scene) -> None:
         if name in scene.mechanism.drivable:
             amount = shown(scene.mechanism, name, "effort", float(np.asarray(effort)))
             texts.append(f"{amount} at {name}")
+        elif isinstance(effort, Wrench):
+            texts.append(f"a wrench on {name}")
     if np.any(scene.gravity):
         texts.append(f"gravity {' '.join(f'{value:g}' for value in scene.gravity)} m/s²")
     if texts:

@@ -230,7 +230,13 @@ near = repeated(
     "JOINT=VALUE",
     "Where loops are closed first [°, slides: m]; or the name of a keyframe",
 )
-loads = repeated("--load", "loads", "JOINT=VALUE", "Effort on a joint [N·m, slides: N]")
+loads = repeated(
+    "--load",
+    "loads",
+    "JOINT=VALUE",
+    'Effort on a joint [N·m, slides: N]; on a link or fixed joint, as "LINK=X Y Z", a force [N] in '
+    'its axes, as "LINK=X Y Z world" in those of the world',
+)
 gravity = click.option(
     "--gravity",
     type=_Gravity("acceleration", "m/s²"),

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from ...core.elements.link_loads import Wrench
 from ...core.mechanism.mechanism import Mechanism
 from ...kit import units
 from ...kit.arrays import NOTHING
@@ -106,9 +108,32 @@ def near(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, float] | str |
     return positions(mechanism, pairs, "--near") or None
 
 
-def efforts(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, float]:
-    """Return efforts [N·m, of slides N] from `JOINT=VALUE`; see `by_coordinate`."""
-    return by_coordinate(mechanism, "effort", pairs, "--load", "JOINT=VALUE, as bearing_out=-5")
+def efforts(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, Any]:
+    """Return efforts [N·m, of slides N] from `JOINT=VALUE`, and wrenches from `LINK=X Y Z`.
+
+    Of a link, or a frame fixed in one, three numbers are a force [N], and three more a moment
+    [N·m]: in its axes, or in those of the world if the word `world` is behind them.
+
+    Raises:
+        CardanError: see `value_of`, or a wrench has another form.
+    """
+    found: dict[str, Any] = {}
+    for name, text in assigned(pairs, "--load", "JOINT=VALUE, as bearing_out=-5").items():
+        at = f"--load {name}"
+        if name in mechanism or name not in mechanism.link_frames:
+            found[name] = value_of(mechanism, name, "effort", text, at)
+            continue
+        words = text.split()
+        frame = words.pop() if words[-1] in ("link", "world") else "link"
+        if len(words) not in (3, 6):
+            raise ArgumentError(
+                f"{at} is {text!r}: a link takes a force, three numbers, and perhaps a moment, "
+                f'three more; write "{name}=0 0 -100", or "{name}=0 0 -100 world" in world axes'
+            )
+        force = [units.read(word, "force", at, "N") for word in words[:3]]
+        moment = [units.read(word, "torque", at, "N·m") for word in words[3:]]
+        found[name] = Wrench(force, moment or (0.0, 0.0, 0.0), frame)
+    return found
 
 
 def by_joint(

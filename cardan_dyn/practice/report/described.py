@@ -12,7 +12,7 @@ from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import Array
 from ...kit.quantities import number
 from ...scene.mechanism_report import MechanismReport
-from .grids import Grid, place
+from .grids import Grid, way
 
 
 def fingerprint(mechanism: Mechanism) -> str:
@@ -200,7 +200,7 @@ def _remarks(mechanism: Mechanism, joint: JointOrLoop) -> Iterable[str]:
     if limits is not None and np.isfinite([limits.lower, limits.upper]).all():
         slides = joint.type == "prismatic"
         low, high = limits.lower, limits.upper
-        yield f"limits {place(low, slides)} … {place(high, slides)}"
+        yield f"limits {way(low, high, slides)}"
     if adjustable:
         yield f"adjustable: {adjustable}"
 

@@ -24,6 +24,7 @@ from ...kit.frozen import Frozen
 from ...kit.quantities import column, span
 from ...scene.describe import describe
 from ...scene.mechanism_report import MechanismReport
+from ...scene.task_sweep import TaskSweep, unit_of_row
 from .case import STANDING, Case
 from .described import fingerprint
 from .extremes import RIGHT, SIZES, Extreme, Extremes, counted, extremes, quantities_of
@@ -264,9 +265,33 @@ class Findings(Result, Frozen):
             return "throughout"
         if len(self.drives) == 1:
             slides = self.sweep.mechanism.drivable[self.drives[0]].slides
+            size = float(np.abs(self.sweep.position).max())
             # Places that lie closer to each other than digits tell are named once.
-            return ", ".join(dict.fromkeys(place(float(value), slides) for value in places[:, 0]))
+            every = (place(float(value), slides, size) for value in places[:, 0])
+            return ", ".join(dict.fromkeys(every))
+        if told := self.task_at(places[:1]):
+            return ", ".join(told)
         return f"{word}{int(np.argmax(np.all(self.places == places[0], axis=1))) + 1}"
+
+    def task_at(self, places: np.ndarray) -> list[str]:
+        """Return the rows of the task that change, at the samples that are one of drive positions.
+
+        Args:
+            places: `(1, d)`, a position of all drives.
+
+        Returns:
+            Texts such as `tip.z 1.2 m`; none without a task.
+        """
+        if self.sweep is None:
+            return []
+        positions = np.reshape(self.sweep.position, (len(self.sweep), -1))
+        (found,) = np.nonzero(np.all(positions == places, axis=1))
+        told = []
+        for name, (values, unit) in task_rows(self.sweep).items():
+            size = float(np.abs(values).max())
+            if len(found) and np.ptp(values) > NOTHING * size:
+                told.append(f"{name} {place(float(values[found[0]]), unit == 'm', size)}")
+        return told
 
     def table(self) -> Table:
         """Return the extremes as a table, a row each; positions are those of the first of several.
@@ -380,6 +405,14 @@ class Findings(Result, Frozen):
             speeds = np.reshape(sweep.speed, (len(sweep), -1))[:, index]
             if np.any(speeds):
                 lines.append(speed_text(speeds, slides))
+        if isinstance(sweep, TaskSweep):
+            # The task is what was asked for, and drives follow it.
+            lines = []
+            speeds = np.reshape(sweep.task_speed, (len(sweep), -1)).T
+            for (name, (values, unit)), speed in zip(task_rows(sweep).items(), speeds, strict=True):
+                low, high = float(values.min()), float(values.max())
+                lines.append(f"{name}{' at' * (low == high)} {way(low, high, unit == 'm')}")
+                lines += [speed_text(speed, unit == "m")] if np.any(speed) else []
         if len(self.drives) > 1:
             # Extremes are sought far beyond them.
             lines.append(f"at {counted(len(sweep))}")
@@ -402,6 +435,21 @@ class Findings(Result, Frozen):
         return lines
 
 
+def task_rows(sweep: Sweep) -> dict[str, tuple[np.ndarray, str]]:
+    """Return the rows of the task that a sweep follows, with positions `(N,)` and units, if any."""
+    if not isinstance(sweep, TaskSweep):
+        return {}
+    every = np.reshape(sweep.task_position, (len(sweep), -1)).T
+    units = [unit_of_row(sweep.mechanism, row) for row in sweep.rows]
+    return dict(zip(sweep.rows, zip(every, units, strict=True), strict=True))
+
+
+def apart(cases: Sequence[Sequence[str]]) -> tuple[list[str], list[list[str]]]:
+    """Return which lines all cases have in common, and which others each of them has."""
+    common = [line for line in cases[0] if all(line in lines for lines in cases)]
+    return common, [[line for line in lines if line not in common] for lines in cases]
+
+
 def governing(reports: Sequence[Findings]) -> list[tuple[int, Extreme]]:
     """Return of each quantity that statics determines the greatest, and in which case it is."""
     found: dict[str, tuple[int, Extreme]] = {}
@@ -416,6 +464,36 @@ def governing(reports: Sequence[Findings]) -> list[tuple[int, Extreme]]:
         for case, item in found.values()
         if (case, item.owner) not in efforts or not reports[case]._is_effort(item)
     ]
+
+
+def cases_in_words(reports: Sequence[Findings]) -> str:
+    """Return how many load cases there are, and what they have in common."""
+    common, _ = apart([report.case_lines for report in reports])
+    count = f"{len(reports)} load case{'s' * (len(reports) > 1)}"
+    return f"{count}, in all of them {'; '.join(common)}" if common else count
+
+
+def cases_apart(reports: Sequence[Findings], labels: Sequence[str]) -> list[str]:
+    """Return of each case its label, and what it has beyond the others if that does not say so."""
+    _, every = apart([report.case_lines for report in reports])
+    told = [", ".join(own) or "nothing besides" for own in every]
+    return [
+        label if text == label or not any(every) else f"{label}: {text}"
+        for label, text in zip(labels, told, strict=True)
+    ]
+
+
+def cases_with(
+    reports: Sequence[Findings], labels: Sequence[str], governing: tuple[int, Extreme]
+) -> str:
+    """Return the labels of the cases in which a quantity is as great as in the one that governs."""
+    case, item = governing
+    found = []
+    for index, (report, label) in enumerate(zip(reports, labels, strict=True)):
+        same = report._acting.get((item.owner, item.quantity))
+        is_same = same is not None and abs(same.size - item.size) <= RIGHT * item.size
+        found += [label] if is_same or index == case else []
+    return "all" if 1 < len(labels) == len(found) else ", ".join(found)
 
 
 def compared(reports: Sequence[Findings]) -> list[list[Extreme | None]]:

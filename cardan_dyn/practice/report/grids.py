@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...kit.arrays import ROUNDED
-from ...kit.quantities import column, number, span
+from ...kit.quantities import amount, column, number, span
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,9 @@ def text_of(cell: object) -> str:
     return number(cell, 6) if isinstance(cell, float) else str(cell)
 
 
-def place(value: float, slides: bool) -> str:
-    """Return a position [rad or m] in degrees or with its unit."""
-    return way(value, value, slides)
+def place(value: float, slides: bool, size: float = 0.0) -> str:
+    """Return a position [rad or m] in degrees or with its unit, that of the greatest beside it."""
+    return amount(value, "m", size=size) if slides else way(value, value, slides)
 
 
 def way(low: float, high: float, slides: bool, words: str = " … ") -> str:

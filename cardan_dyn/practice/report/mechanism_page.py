@@ -14,29 +14,32 @@ from ..._version import __version__
 from ...core.elements.link_loads import Wrench
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.sweep import Sweep
-from ...figures.style import (
-    Figure,
-    axes_grid,
-    in_look,
-    line_style,
-    plain,
-    require_matplotlib,
-    sheet,
-)
-from ...figures.wrenches import QUANTITIES, along
+from ...figures.style import axes_grid, line_style, require_matplotlib
+from ...figures.wrenches import QUANTITIES
+from ...kit.arrays import NOTHING
 from ...kit.errors import ArgumentError, CardanError
 from ...kit.quantities import amount, number
 from ...scene.mechanism_report import MechanismReport
 from ..viewer.picture import picture
 from ..viewer.viewing import view
 from . import page
+from .courses import MOST_DRAWN, courses
 from .described import described, mobility_grids, remarks_of
-from .extremes import RIGHT, Extreme, quantities_of
-from .findings import Findings, between, compared, governing, speed_text
+from .extremes import RIGHT, Extreme
+from .findings import (
+    Findings,
+    between,
+    cases_apart,
+    cases_in_words,
+    cases_with,
+    compared,
+    governing,
+    speed_text,
+    task_rows,
+)
 from .grids import Grid, place, stem_of
+from .grids import way as way_of
 
-_MOST_DRAWN = 6
-"""Joints of one figure: its lines and diagrams can still be told apart."""
 _MOST_COLUMNS = 8
 """Numbers that stand beside each other in a row of a table on paper."""
 _COURSES = {
@@ -78,6 +81,7 @@ def write(reports: Sequence[Findings], labels: Sequence[str], path: Path, with_s
         title_block=[(name, value or "–") for name, value in block],
         stem=stem_of(mechanism.name),
         summary=_summary(reports),
+        told_apart=cases_apart(reports, labels) if labels else [],
         headline=_headline(reports, labels, headline),
         drawing=_drawing(first),
         warnings=_warnings(reports),
@@ -129,9 +133,7 @@ def _side_by_side(
         sizes = [item.ends[0][0] if item else 0.0 for item in row]
         rows.append((first.owner, first.quantity, first.unit, sizes))
     parts = [slice(start, start + _MOST_COLUMNS) for start in range(0, len(labels), _MOST_COLUMNS)]
-    drawn = [report.drawn[0] for report in reports]
-    courses = [sweep for sweep in drawn if sweep is not None and len(sweep.coordinates) == 1]
-    is_drawn = told and len(courses) == len(reports)
+    is_drawn = told and all(report.drives for report in reports)
     return {
         "grids": [
             Grid(
@@ -143,24 +145,8 @@ def _side_by_side(
             )
             for index, part in enumerate(parts, 1)
         ],
-        "figure": page.image(_courses(courses, labels, told)) if is_drawn else "",
+        "figure": page.image(courses(reports, labels, told)) if is_drawn else "",
     }
-
-
-@in_look
-def _courses(sweeps: Sequence[Sweep], labels: Sequence[str], told: Sequence[Extreme]) -> Figure:
-    """Draw quantities over the drive, axes for each and a line for each case."""
-    shown = told[:_MOST_DRAWN]
-    drawn = sheet(len(shown), size=(7.2, 1.0 + 1.8 * len(shown)), share_x=True)
-    for index, (sweep, label) in enumerate(zip(sweeps, labels, strict=True)):
-        values = {(one.owner, one.name): one.values for one in quantities_of(sweep)}
-        at = along(sweep, sweep.coordinates[0])
-        for panel, item in zip(drawn.panels, shown, strict=True):
-            course = values[item.owner, item.quantity](sweep)
-            panel.plot(at.values, course, **line_style(index), label=plain(label))
-            panel.set_ylabel(f"{plain(item.owner)}\n{item.quantity} [{item.unit}]")
-    drawn.over(at)
-    return drawn.finish()
 
 
 def _summary(reports: Sequence[Findings]) -> str:
@@ -173,14 +159,12 @@ def _summary(reports: Sequence[Findings]) -> str:
         f"{_count(len(report.mechanism.loops), 'loop')}, mobility {found.mobility}."
     )
     if len(reports) > 1:
-        common = [
-            line for line in report.case_lines if all(line in one.case_lines for one in reports)
-        ]
-        text += f" {len(reports)} load cases{': ' * bool(common)}{'; '.join(common)}."
+        text += f" {cases_in_words(reports)}."
     elif report.sweep is None:
         return text
     else:
-        text += f" {'Driven: ' * bool(report.drives)}{'; '.join(report.case_lines)}."
+        moved = "Task" if task_rows(report.sweep) else "Driven"
+        text += f" {f'{moved}: ' * bool(report.drives)}{'; '.join(report.case_lines)}."
     told = [item for one in reports for item in one.told]
     if not told:
         return f"{text} Nothing acts: there is no load, weight, inertia or element in this case."
@@ -201,7 +185,7 @@ def _headline(
     for case, item in found:
         (most, place), _ = item.ends
         row = (item.quantity, item.unit, most, item.owner, reports[case].at(place))
-        rows.append((*row, labels[case]) if labels else row)
+        rows.append((*row, cases_with(reports, labels, (case, item))) if labels else row)
     header = ("quantity", "unit", "greatest in size", "in", "at", *["load case"] * bool(labels))
     return Grid("headline", "What joints are sized by", header, rows, unit=1) if rows else None
 
@@ -244,18 +228,21 @@ def _case(report: Findings) -> list[tuple[str, str]]:
             np.reshape(values, (len(sweep), -1))[:, index]
             for values in (sweep.position, sweep.speed, sweep.acceleration)
         )
-        low, high = place(float(way.min()), slides), place(float(way.max()), slides)
-        text = low if low == high else f"from {low} to {high}"
+        low, high = float(way.min()), float(way.max())
+        text = f"{'from ' * (low < high)}{way_of(low, high, slides, ' to ')}"
         text += f", {speed_text(speed, slides)}" if np.any(speed) else ", quasi-static"
         if np.any(acceleration):
             text += f", acceleration {between(acceleration, 'm/s²' if slides else 'rad/s²')}"
         rows.append((f"drive {name}", text))
+    for name, (values, unit) in task_rows(sweep).items():
+        low, high = float(values.min()), float(values.max())
+        text = f"{'from ' * (low < high)}{way_of(low, high, unit == 'm', ' to ')}"
+        rows.append((f"task {name}", text))
     rows.append(("positions", str(len(sweep))))
     for name, value in sweep.held.items():
         slides = sweep.mechanism.drivable[name].slides
         every = np.ravel(np.asarray(value, dtype=float))
-        low, high = place(float(every.min()), slides), place(float(every.max()), slides)
-        rows.append((f"held {name}", low if low == high else f"{low} … {high}"))
+        rows.append((f"held {name}", way_of(float(every.min()), float(every.max()), slides)))
     gravity = np.reshape(sweep.gravity, (-1, 3))
     if not np.any(gravity):
         rows.append(("gravity", "none"))
@@ -409,13 +396,17 @@ def _places(report: Findings) -> Grid | None:
         *(f"{name} [{unit}]" for name, unit in zip(report.drives, units, strict=True)),
     )
     caption = "Positions of the drives at these places"
-    rows = list(enumerate(report.places.tolist(), start=1))
+    # What is rounding beside the way of a drive is nothing.
+    size = NOTHING * np.abs(np.reshape(sweep.position, (len(sweep), -1))).max(axis=0)
+    known = np.where(np.abs(report.places) <= size, 0.0, report.places).tolist()
+    names = [report.at(at[None], word="") for at in report.places]
+    rows = list(zip(names, known, strict=True))
     if len(units) > _MOST_COLUMNS:
-        listed = [(str(index), ", ".join(map(number, row))) for index, row in rows]
+        listed = [(name, ", ".join(map(number, row))) for name, row in rows]
         return Grid(
             "positions", f"{caption}: {', '.join(header[1:])}", ("place", "positions"), listed
         )
-    return Grid("positions", caption, header, [(str(index), *row) for index, row in rows])
+    return Grid("positions", caption, header, [(name, *row) for name, row in rows])
 
 
 def _proof(report: Findings, label: str) -> Grid | None:
@@ -467,7 +458,7 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
             acting.setdefault(item.owner, set()).add(item.quantity)
     joints = [name for name in bearings(sweep) if name in acting] or list(acting)
     for quantity, text in _COURSES.items():
-        names = [name for name in joints if quantity in acting[name]][:_MOST_DRAWN]
+        names = [name for name in joints if quantity in acting[name]][:MOST_DRAWN]
         if names:
             figure = drawn.plot(*names, quantities=quantity, figsize=(7.2, 3.4))
             found["courses"].append((page.image(figure), f"{text} in {', '.join(names)}.{told}"))
@@ -480,7 +471,7 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
         ("force", "shear", "Radial force"),
         ("moment", "bending", "Bending moment"),
     ):
-        names = [name for name in joints if part in acting[name]][:_MOST_DRAWN]
+        names = [name for name in joints if part in acting[name]][:MOST_DRAWN]
         if names:
             figure = drawn.plot.polar(names, of=quantity)
             caption = (

@@ -6,11 +6,13 @@ import os
 from pathlib import Path
 
 from ...core.mechanism.mechanism import Mechanism
+from ...core.results.plot import draws
 from ...core.results.sweep import Sweep
 from ...kit.checks import file_path, flag
 from ...kit.errors import ArgumentError
 from .case import Case, case_of
 from .findings import Findings
+from .plots import ReportPlot
 
 
 class Report(Findings):
@@ -102,3 +104,6 @@ class Report(Findings):
         from .mechanism_page import write  # Imported here: it draws.
 
         return write([self], [], target, with_scene)
+
+
+draws(Report)(ReportPlot)

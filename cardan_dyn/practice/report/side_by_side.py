@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 from ...core.mechanism.mechanism import Mechanism
+from ...core.results.plot import draws
 from ...core.results.result import Result
 from ...core.results.sweep import Sweep
 from ...core.results.table import Table
@@ -16,7 +17,16 @@ from ...kit.errors import ArgumentError
 from ...kit.frozen import Frozen
 from ...kit.quantities import amount, column
 from .extremes import Extreme
-from .findings import compared, governing, table_of
+from .findings import (
+    apart,
+    cases_apart,
+    cases_in_words,
+    cases_with,
+    compared,
+    governing,
+    table_of,
+)
+from .plots import ReportPlot
 from .reporting import Report
 
 
@@ -99,16 +109,18 @@ class Reports(Result, Frozen):
         return f"<{type(self).__name__} of {name!r}: {len(self.reports)} load cases>"
 
     def __str__(self) -> str:
-        lines = [f"{self.reports[0].title}: {len(self.reports)} load cases"]
-        for index, (label, report) in enumerate(zip(self.labels, self.reports, strict=True), 1):
-            lines.append(f"{index}: {label}")
+        lines = [f"{self.reports[0].title}: {cases_in_words(self.reports)}"]
+        told = cases_apart(self.reports, self.labels)
+        for index, (text, report) in enumerate(zip(told, self.reports, strict=True), 1):
+            lines.append(f"{index}: {text}")
             lines += [f"   ! {doubt}" for doubt in report.doubts]
         width = max((len(item.quantity) for _, item in self.headline), default=0)
         for case, item in self.headline:
             (most, first), _ = item.ends
             place = f" at {self.reports[case].at(first[:2])}" if len(first) else ""
             shown = f"{amount(most, item.unit)} in {item.owner}{place}"
-            lines.append(f"{item.quantity.ljust(width)}  {shown}: {self.labels[case]}")
+            labels = cases_with(self.reports, self.labels, (case, item))
+            lines.append(f"{item.quantity.ljust(width)}  {shown}: {labels}")
         owner = ""
         counts = "".join(f"{index:>10}" for index in range(1, len(self.labels) + 1))
         lines.append(f"  {'greatest in size'.ljust(16)}{counts}")
@@ -124,12 +136,13 @@ class Reports(Result, Frozen):
         return "\n".join([*lines, *dict.fromkeys(filter(None, opened))])
 
 
+draws(Reports)(ReportPlot)
+
+
 def _told_apart(cases: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    """Return of each case in words what not all of them have in common; numbers if nothing is."""
+    """Return of each case what not all of them have in common, or its number."""
     labels = tuple(
-        ", ".join(line for line in lines if not all(line in other for other in cases))
-        or "nothing more"
-        for lines in cases
+        ", ".join(own) or f"case {number}" for number, own in enumerate(apart(cases)[1], 1)
     )
     if len(set(labels)) == len(labels):
         return labels

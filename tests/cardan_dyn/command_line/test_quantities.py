@@ -55,6 +55,30 @@ def test_joints_have_angles_and_slides_lengths() -> None:
         efforts(slider, ["elbow=3"])
 
 
+def test_links_have_forces_and_moments() -> None:
+    """As `loads` of a scene takes them, by the drive effort of a lever whose arm is known."""
+    lever = cd.load(
+        """<robot name="lever"><link name="base"/><link name="arm"/><link name="end"/>
+        <joint name="pin" type="continuous"><parent link="base"/><child link="arm"/>
+        <axis xyz="0 1 0"/></joint><joint name="payload" type="fixed"><parent link="arm"/>
+        <child link="end"/><origin xyz="3 0 0"/></joint></robot>"""
+    )
+    for text, at_30_degrees in {
+        "payload=0 0 -20kN world": -3.0 * 20e3 * math.cos(math.pi / 6),
+        "end=0 0 -20000": -3.0 * 20e3,
+        "arm=0 0 -20000 0 7 0 link": -7.0,
+    }.items():
+        loads = efforts(lever, [text])
+        sweep = cd.Scene(lever, drive="pin", loads=loads).sweep(math.pi / 6)
+        # The drive balances the load's moment about y, which is -x times its force along z.
+        assert sweep.drive_effort.item() == pytest.approx(at_30_degrees, rel=1e-12)
+    for text in ("payload=-20000", "payload=1 2", "end=1 2 3 4 world"):
+        with pytest.raises(cd.ArgumentError, match="a link takes a force, three numbers"):
+            efforts(lever, [text])
+    with pytest.raises(cd.ModelError, match="--load end"):
+        efforts(lever, ["end=1 2 3m"])
+
+
 def test_one_number_is_of_all_joints_that_have_no_other() -> None:
     slider = cd.load("slider_crank")
     kind = "length", "m"

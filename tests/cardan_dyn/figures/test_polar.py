@@ -212,7 +212,13 @@ def test_rounding_is_a_point(joint_turn: cd.Sweep) -> None:
 def test_positions_of_slides_are_no_angles() -> None:
     platform = cd.load("stewart_platform")
     legs = [f"leg_{k}" for k in range(1, 7)]
-    turn = cd.Scene(platform, drive=legs).sweep(np.linspace(-0.02, 0.02, 5)[:, None] * np.ones(6))
+    scene = cd.Scene(platform, drive=legs)
+    turn = scene.sweep(np.linspace(-0.02, 0.02, 5)[:, None] * np.ones(6))
     (panel,) = figures.moment_polar(turn, "leg_1").axes
     told = {part for text in panel.texts for part in text.get_text().split(", ")}
-    assert told == {"-0.02 m", "0.02 m"}
+    assert told == {"-20 mm", "20 mm"}
+    # What is rounding beside the other end is nothing.
+    turn = scene.sweep(np.linspace(4e-12, 0.02, 5)[:, None] * np.ones(6))
+    (panel,) = figures.moment_polar(turn, "leg_1").axes
+    told = {part for text in panel.texts for part in text.get_text().split(", ")}
+    assert told == {"0 mm", "20 mm"}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -84,7 +85,10 @@ def test_page_shows_each_case(tmp_path: Path) -> None:
     reports = cd.Reports(swept((20.0, 5.0), (90.0, 5.0)), title="two speeds")
     text = html.unescape(reports.save(tmp_path / "page.html", scene=False).read_text("utf-8"))
     plain = re.sub(r"<[^>]*>", "", text)
-    assert plain.count("two speeds") >= 2 and "2 load cases: crank_bearing 0° … 360°" in plain
+    assert (
+        plain.count("two speeds") >= 2
+        and "2 load cases, in all of them crank_bearing 0° … 360°" in plain
+    )
     assert "Load cases side by side" in plain
     for label in reports.labels:
         assert f"Case: {label}" in plain and f"Residuals and condition, {label}" in plain
@@ -123,3 +127,164 @@ def test_cases_are_of_one_mechanism() -> None:
         cd.Reports(other)  # type: ignore[arg-type]
     with pytest.raises(cd.ArgumentError, match="several load cases"):
         cd.Report([other])  # type: ignore[arg-type]
+
+
+ARM = """<robot name="arm">
+<link name="base"/><link name="upper"/><link name="fore"/><link name="tip"/>
+<joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
+  <axis xyz="0 -1 0"/></joint>
+<joint name="elbow" type="continuous"><parent link="upper"/><child link="fore"/>
+  <origin xyz="2 0 0" rpy="0 1.5 0"/><axis xyz="0 -1 0"/></joint>
+<joint name="hand" type="fixed"><parent link="fore"/><child link="tip"/>
+  <origin xyz="1.5 0 0"/></joint></robot>"""
+RISE = np.linspace(0.0, 1.0, 41)
+TIP = np.stack([2.4 + 0.3 * np.sin(5.0 * RISE), RISE - 1.0], axis=1)
+
+
+def lifted(*forces: tuple[float, float, float]) -> list[Any]:
+    """Return sweeps of an arm without weight whose tip rises, under forces there."""
+    scene = cd.Scene(
+        cd.load(ARM), task=cd.PointTask("hand", axes="xz"), actuated=["shoulder", "elbow"]
+    )
+    return [
+        scene.sweep(TIP, along_path=True, loads={"hand": cd.Wrench(force, frame="world")})
+        for force in forces
+    ]
+
+
+FORCES = (0.0, 0.0, -100.0), (-250.0, 0.0, -100.0)
+
+
+def drawn_in(figure: Any) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]:
+    """Return the curves of a figure by the label of their axes, whose first line is the owner."""
+    return {
+        " ".join(panel.get_ylabel().split()): [
+            (np.asarray(line.get_xdata()), np.asarray(line.get_ydata()))
+            for line in panel.get_lines()
+            if len(line.get_xdata()) > 2
+        ]
+        for panel in figure.axes
+    }
+
+
+def test_a_figure_of_a_task_is_drawn_over_the_row_that_rises() -> None:
+    """Against moments of the forces about the shoulder; x turns back on its way, z does not."""
+    pytest.importorskip("matplotlib", reason="it is a figure")
+    reports = cd.Reports(lifted(*FORCES))
+    figure = reports.plot("shoulder.drive_effort")
+    assert figure.axes[-1].get_xlabel() == "hand.z [m]"
+    ((label, curves),) = drawn_in(figure).items()
+    assert label.startswith("shoulder drive effort")
+    scale = {"[N·m]": 1.0, "[kN·m]": 1e3}[label.rpartition(" ")[2]]
+    assert len(curves) == 2
+    for (at, values), (across, _, up) in zip(curves, FORCES, strict=True):
+        np.testing.assert_allclose(at, TIP[:, 1], atol=1e-12)
+        moment = TIP[:, 0] * up - TIP[:, 1] * across
+        np.testing.assert_allclose(values * scale, -moment, atol=1e-9)
+    over_x = drawn_in(reports.plot("shoulder", x="hand.x"))
+    for curves in over_x.values():
+        np.testing.assert_allclose(curves[0][0], TIP[:, 0], atol=1e-12)
+    with pytest.raises(cd.ArgumentError, match=r"x is 'hand'.*did you mean 'hand.*'"):
+        reports.plot(x="hand")
+
+
+def test_plot_is_the_figure_of_the_page_and_draws_joints_by_name() -> None:
+    pytest.importorskip("matplotlib", reason="it is a figure")
+    sweeps = swept(*CASES[:2])
+    reports = cd.Reports(sweeps, ["pulled", "pushed"])
+    figure = reports.plot()
+    assert len(figure.axes) == len(reports.headline)
+    assert figure.axes[-1].get_xlabel() == "crank_bearing [°]"
+    curves = drawn_in(reports.plot("crank_pin"))
+    (shear,) = (lines for label, lines in curves.items() if label.startswith("crank_pin shear"))
+    for sweep, (at, values) in zip(sweeps, shear, strict=True):
+        np.testing.assert_allclose(at, np.degrees(TURN), atol=1e-9)
+        np.testing.assert_allclose(values, sweep["crank_pin"].shear, rtol=1e-12)
+    ((alone,),) = drawn_in(cd.Report(sweeps[1]).plot("crank_pin.shear")).values()
+    np.testing.assert_array_equal(alone[1], shear[1][1])
+    with pytest.raises(
+        cd.ArgumentError, match=r"nothing acts in 'crank'.*did you mean 'crank_pin'"
+    ):
+        reports.plot("crank")
+    with pytest.raises(cd.ArgumentError, match="no option 'color'"):
+        reports.plot(color="red")
+
+
+def test_drives_without_a_task_are_drawn_over_samples() -> None:
+    pytest.importorskip("matplotlib", reason="it is a figure")
+    machines = [sweep.of_machine for sweep in lifted(*FORCES)]
+    figure = cd.Reports(machines).plot()
+    assert figure.axes[-1].get_xlabel() == "sample"
+    for curves in drawn_in(figure).values():
+        assert all(len(at) == len(TIP) and at[-1] == len(TIP) for at, _ in curves)
+
+
+def test_a_case_with_nothing_of_its_own_is_called_by_its_number() -> None:
+    assert cd.Reports(lifted(FORCES[0], FORCES[0])).labels == ("case 1", "case 2")
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": 5.0})
+    weighed = scene.replace(gravity=(0.0, -9.81, 0.0))
+    assert cd.Reports([scene.sweep(TURN), weighed.sweep(TURN)]).labels == ("case 1", "gravity")
+
+
+def test_the_head_tells_what_cases_have_in_common_and_what_each_has(tmp_path: Path) -> None:
+    reports = cd.Reports(swept((20.0, -300.0), (20.0, 400.0)), ["pulled", "pushed"])
+    common = "2 load cases, in all of them crank_bearing 0° … 360°; 191 1/min"
+    own = ["pulled: -300 N at piston_guide", "pushed: 400 N at piston_guide"]
+    lines = str(reports).splitlines()
+    assert common in lines[0] and [f"1: {own[0]}", f"2: {own[1]}"] == lines[1:3]
+    pytest.importorskip("jinja2", reason="it is a page")
+    text = html.unescape(reports.save(tmp_path / "page.html", scene=False).read_text("utf-8"))
+    assert f"{common}." in text and all(f"<li>{line}</li>" in text for line in own)
+    # Columns stay beside each other on a narrow screen.
+    assert '<div class="beside">\n<table class="beside' in text
+
+
+def test_a_row_names_all_cases_in_which_it_is_as_great() -> None:
+    cases = swept((90.0, 5.0), (90.0, 5.0), (20.0, 5.0))
+    lines = str(cd.Reports(cases, ["a", "b", "c"])).splitlines()
+    assert next(line for line in lines if line.startswith("shear ")).endswith(": a, b")
+    lines = str(cd.Reports(cases[:2], ["a", "b"])).splitlines()
+    assert next(line for line in lines if line.startswith("shear ")).endswith(": all")
+    lines = str(cd.Reports(cases[1:], ["b", "c"])).splitlines()
+    assert next(line for line in lines if line.startswith("shear ")).endswith(": b")
+
+
+def test_a_report_of_a_task_tells_its_rows_and_places_in_them(tmp_path: Path) -> None:
+    (sweep,) = lifted(FORCES[1])
+    report = cd.Report(sweep)
+    across = f"hand.x {TIP[:, 0].min():.4g} … {TIP[:, 0].max():.4g} m"
+    assert report.case_lines[:2] == [across, "hand.z -1 … 0 m"]
+    worst = np.abs(sweep.actuated_effort["shoulder"]).argmax()
+    place = f"hand.x {TIP[worst, 0]:.4g} m, hand.z {TIP[worst, 1]:.4g} m"
+    (item,) = [
+        it for it in report.extremes if (it.owner, it.quantity) == ("shoulder", "drive effort")
+    ]
+    assert report.at(item.ends[0][1]) == place and place in str(report)
+    pytest.importorskip("jinja2", reason="it is a page")
+    text = html.unescape(report.save(tmp_path / "page.html", scene=False).read_text("utf-8"))
+    plain = re.sub(r"<[^>]*>|\u200b", "", text)
+    assert f"Task: {across}; hand.z -1 … 0 m" in plain and "from -1 to 0 m" in plain
+    assert place in plain
+
+
+def test_rounding_at_the_end_of_a_way_is_nothing(tmp_path: Path) -> None:
+    slide = """<robot name="rail"><link name="base"/><link name="car"><inertial><mass value="7"/>
+    <inertia ixx="1" iyy="1" izz="1"/></inertial></link><joint name="way" type="prismatic">
+    <parent link="base"/><child link="car"/><axis xyz="1 0 0"/><limit lower="-1" upper="1"/></joint>
+    </robot>"""
+    scene = cd.Scene(cd.load(slide), drive="way", gravity=(0.0, 0.0, -9.81))
+    report = cd.Report(scene.sweep(np.linspace(4.7e-12, 0.9, 31)))
+    assert report.at(np.array([[4.7e-12], [0.05]])) == "0 mm, 50 mm"
+    pytest.importorskip("jinja2", reason="it is a page")
+    text = html.unescape(report.save(tmp_path / "page.html", scene=False).read_text("utf-8"))
+    plain = re.sub(r"<[^>]*>|\u200b", "", text)
+    assert "from 0 to 900 mm" in plain and " pm" not in plain and "e-12" not in plain
+
+
+def test_a_task_sweep_is_drawn_over_a_row_of_its_task() -> None:
+    pytest.importorskip("matplotlib", reason="it is a figure")
+    (sweep,) = lifted(FORCES[0])
+    axes = sweep.plot("shoulder.drive_effort", x="hand.z").axes[-1]
+    assert axes.get_xlabel() == "hand.z [m]"
+    np.testing.assert_allclose(axes.get_lines()[0].get_xdata(), TIP[:, 1], atol=1e-12)
+    assert sweep.plot("shoulder", x="hand.x").axes[-1].get_xlabel() == "hand.x [m]"

@@ -1,0 +1,94 @@
+"""Courses: quantities over what moves, a line for each case; the page and `plot` draw the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...core.results.sweep import Sweep
+from ...figures.style import Abscissa, Figure, Into, Size, in_look, over, plain, sheet
+from ...figures.wrenches import MARK, along
+from ...kit.arrays import Array
+from ...kit.errors import ArgumentError, choices
+from .extremes import Extreme, quantities_of
+from .findings import Findings, task_rows
+
+MOST_DRAWN = 6
+"""Joints of one figure: its lines and diagrams can still be told apart."""
+
+
+@in_look
+def courses(
+    reports: Sequence[Findings],
+    labels: Sequence[str],
+    told: Sequence[Extreme],
+    *,
+    x: str = "",
+    title: str = "",
+    ax: Into = None,
+    figsize: Size | None = None,
+) -> Figure:
+    """Draw quantities, axes for each and a line for each case.
+
+    They are drawn over what all cases have in common: the only drive, or else the row of their task
+    that turns back least, or else the number of the sample.
+
+    Args:
+        reports: on cases in which something is driven.
+        labels: of the lines.
+        told: which quantities, of which the first six are drawn.
+        x: a coordinate, or a row of the task of all cases, to be drawn over instead.
+        title: of the figure.
+        ax: see `sheet`.
+        figsize: likewise.
+
+    Raises:
+        ArgumentError: other axes than are needed, or `x` is nothing to be drawn over.
+    """
+    shown = told[:MOST_DRAWN]
+    size = (7.2, 1.0 + 1.8 * len(shown))
+    drawn = sheet(len(shown), size=size, share_x=True, ax=ax, figsize=figsize)
+    sweeps = [sweep for report in reports if (sweep := report.drawn[0]) is not None]
+    every = _over(reports, sweeps, x)
+    for index, (sweep, label, at) in enumerate(zip(sweeps, labels, every, strict=True)):
+        values = {(one.owner, one.name): one.values for one in quantities_of(sweep)}
+        for panel, item in zip(drawn.panels, shown, strict=True):
+            # What a case leaves out has no line there.
+            if (item.owner, item.quantity) in values:
+                course = values[item.owner, item.quantity](sweep)
+                panel.plot(at.values, course, **at.style(index), label=plain(label))
+    for panel, item in zip(drawn.panels, shown, strict=True):
+        mark = "" if item.determined else MARK
+        panel.set_ylabel(f"{plain(item.owner)}\n{item.quantity}{mark} [{item.unit}]")
+    at = every[0]
+    ends = np.concatenate([one.values for one in every])
+    drawn.over(at._replace(values=ends[[ends.argmin(), ends.argmax()]]))
+    return drawn.finish(title)
+
+
+def _over(reports: Sequence[Findings], sweeps: Sequence[Sweep], x: str) -> list[Abscissa]:
+    """Return what each sweep is drawn over; all of them have the same label."""
+    rows = [task_rows(sweep) for sweep in sweeps]
+    common = [name for name in rows[0] if all(name in of for of in rows)]
+    drives = {report.drives for report in reports}
+    if x and x not in common and x not in reports[0].mechanism.drivable:
+        raise ArgumentError(
+            f"x is {x!r}; it is a coordinate or a row of the task of all cases: "
+            f"{choices([*common, *reports[0].mechanism.drivable], x)}"
+        )
+    if not x and len(drives) == 1 and len(reports[0].drives) == 1:
+        (x,) = reports[0].drives
+    if x in reports[0].mechanism.drivable:
+        return [along(sweep, x) for sweep in sweeps]
+    one_way = {name: min(_one_way(of[name][0]) for of in rows) for name in common}
+    best = x or max(one_way, key=one_way.__getitem__, default="")
+    if best and (x or one_way[best]):
+        return [over(best, *of[best]) for of in rows]
+    return [over("sample", np.arange(1, len(sweep) + 1), "") for sweep in sweeps]
+
+
+def _one_way(values: Array) -> float:
+    """Return how far values get in the end as a part of the way they go: 1 if they never turn."""
+    way = float(np.abs(np.diff(values)).sum())
+    return float(np.ptp(values)) / way if way else 0.0
