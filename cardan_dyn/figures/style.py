@@ -64,7 +64,7 @@ _ROOM_BEYOND = 1.15
 """How far an axis goes beyond a constant, seen from zero."""
 SMALL = 9
 """Font size of what is written within axes, and of notes [pt]."""
-LETTER = 0.55
+LETTER = 0.6
 """Mean width of a letter as a fraction of the font size."""
 _POINTS_PER_INCH = 72.0
 _ROW = 0.24
@@ -334,6 +334,10 @@ def axes_grid(
 def heading(figure: Figure, title: str) -> None:
     """Write the title of a figure, in several lines where it is longer than that is wide."""
     figure.suptitle(wrapped(title, figure.get_figwidth(), TITLE_SIZE), fontsize=TITLE_SIZE)
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        # Titles of polar axes rise above their labels after room was left for them.
+        layout.set(h_pad=0.08)
 
 
 def plain(name: str) -> str:

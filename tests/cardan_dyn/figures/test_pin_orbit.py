@@ -51,6 +51,6 @@ def test_bad_input() -> None:
     with pytest.raises(cd.ModelError, match="has clearance"):
         drawing.pin_orbit(simulated(), "rocker_pin")
     with pytest.raises(cd.ArgumentError, match="plane"):
-        drawing.pin_orbit(simulated(), JOINT, plane="xz")
+        drawing.pin_orbit(simulated(), JOINT, plane="xx")
     with pytest.raises(cd.ArgumentError, match="several times"):
         drawing.pin_orbit(simulated().at([0.001]), JOINT)
