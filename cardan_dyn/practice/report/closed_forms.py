@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from cardan_dyn.analytic import grossmann, single_joint, thoma
@@ -156,8 +158,8 @@ def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, A
         # A single position spans no range; the whole turn around it is drawn.
         low = 2.0 * np.pi * np.floor(low / (2.0 * np.pi))
         high = low + 2.0 * np.pi
-    turns = int(np.ceil((high - low) / (2.0 * np.pi)))
-    line = np.linspace(low, high, turns * len(POSITIONS))
+    count = math.ceil((high - low) / (2.0 * np.pi))
+    line = np.linspace(low, high, count * len(POSITIONS))
     figure, axes = axes_grid()
     axes.set_title(f"{title}, β = {_deg(beta)}°")
     axes.set_ylabel(label)
