@@ -457,8 +457,8 @@ class Samples:
         of = Pattern(parameters, seeded, (), self._numbers_at)
         runs = self._runs(_Forwards, of, others)
         changes, picked = [], self.picked(parameters)
-        for k, own in enumerate(picked):
-            opened, farthest = _greatest(runs, k, 0).tolist()
+        told = _greatest(runs, range(len(parameters)), 0).tolist()
+        for k, (own, (opened, farthest)) in enumerate(zip(picked, told, strict=True)):
             parts = [(part, tape.places[k][1]) for tape, part in runs]
             change = Change(self.equations, self._x.shape[1], parts, opened, farthest, own)
             changes.append(change)
@@ -477,9 +477,9 @@ class Samples:
             return picked
         own = [parameters[k] for k in turning]
         runs = self._runs(_Forwards, Pattern(own, (), (), self._numbers_at, True), (), self._some)
-        for index, (k, item) in enumerate(zip(turning, own, strict=True)):
-            _, farthest = _greatest(runs, index, 0).tolist()
-            rates = _greatest(runs, index, 1) * self._sizes
+        told = _greatest(runs, range(len(own)), 0)[:, 1].tolist()
+        for index, (k, item, farthest) in enumerate(zip(turning, own, told, strict=True)):
+            rates = _greatest(runs, [index], 1)[0] * self._sizes
             # Rounding of how it turns is beside how fast all of it does.
             least = max(self._inverse_unit(item), farthest, rates.max())
             picked[k] = self._with_teeth(~(rates <= UNIQUE_TOLERANCE * least))
@@ -639,12 +639,14 @@ class Samples:
             yield *own, True
 
 
-def _greatest(runs: Sequence[tuple[_Forwards, Part]], index: int, of: int) -> Array:
-    """Return the greatest magnitudes of numbers of a parameter (index), see `_Forwards.places`."""
-    result = np.zeros(len(runs[0][0].places[index][of]))
+def _greatest(runs: Sequence[tuple[_Forwards, Part]], parameters: Sequence[int], of: int) -> Array:
+    """Return the greatest magnitudes of numbers of parameters (index), see `_Forwards.places`."""
+    if not parameters:
+        return np.zeros((0, 2))
+    result = np.zeros((len(parameters), len(runs[0][0].places[parameters[0]][of])))
     for tape, part in runs:
-        rows = tape.places[index][of]
-        (written,) = np.nonzero(rows >= 0)
+        rows = np.array([tape.places[index][of] for index in parameters])
+        written = rows >= 0
         most = np.abs(part.holding(rows[written])).max(axis=1, initial=0.0)
         result[written] = np.maximum(result[written], most)
     return result
