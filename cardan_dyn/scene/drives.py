@@ -461,7 +461,8 @@ def _why(best: Drive, turns: bool) -> str:
     where = "at the ground" if best.is_grounded else "not at the ground"
     if best.slides and not best.is_grounded:
         return f"driven by a slide{' between its limits' * (best.limits != _UNLIMITED)}"
-    return f"driven at a joint {where} that {'turns through' if turns else 'swings'}"
+    how = "turns through" if turns else "slides" if best.slides else "swings"
+    return f"driven at a joint {where} that {how}"
 
 
 def _shortened(error: CardanError) -> str:

@@ -1103,9 +1103,10 @@ class TaskScene(Scene):
     def _of_machine(self, *_: object, **__: object) -> NoReturn:
         """Refuse what is known of drives alone."""
         raise MobilityError(
-            "this is known of drives alone, and the scene has a task: scene.machine is the same "
-            "mechanism driven by its actuated joints. A motion of the task that is given in time "
-            "needs no simulation: scene.sweep(position, speed, acceleration, time=t)",
+            "this is known of drives alone, and here other joints are actuated than move as given: "
+            "scene.machine is the same mechanism driven by its actuated joints, and a scene with "
+            "drive= alone that of the coordinates themselves. What is given in time needs no "
+            "simulation: scene.sweep(position, speed, acceleration, time=t)",
             mobility=len(self.drives),
         )
 
