@@ -380,7 +380,9 @@ class Sweep(MotionResult):
             checks.append(f"balance {self.balance_residual:.1e}")
         if not math.isnan(self.power_residual):
             checks.append(f"power {self.power_residual:.1e}")
-        told = self.left_open.brief, self.near_singular(), self.near_reach
+        told = [self.left_open.brief, self.near_singular()]
+        if math.prod(self.shape) <= _MOST_EVALUATED:
+            told.append(self.near_reach)
         beware = "".join(f"; {text}" for text in told if text)
         return (
             f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
