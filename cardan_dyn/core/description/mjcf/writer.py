@@ -13,8 +13,9 @@ body with the joints before and behind it; others are refused.
 
 Bodies nested more than 300 deep are written, but not read back by this package.
 
-Limits of position are written where both are finite, no others; nor names of fixed joints, the
-joints that the author drives, damping and friction of balls, visuals and warnings.
+Limits of position are written where both are finite, those of effort as what MuJoCo lets motors
+exert on a joint; none of velocity, nor names of fixed joints, damping and friction of balls,
+visuals and warnings.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from ..description import (
     Dynamics,
     JointDescription,
     JointOrLoop,
+    Limits,
     LinkDescription,
     LoopDescription,
     elementary,
@@ -221,7 +223,7 @@ class _MjcfWriter:
                 stated["armature"] = words([inertia])
             # The limits of a joint that turns about two axes are those of either.
             if isinstance(item, JointDescription) and all(kind == other for other, _ in parts):
-                stated |= range_of(item)
+                stated |= ranges_of(item.limits)
             SubElement(body, "joint", stated)
 
     def _weigh(self, body: Element, link: LinkDescription, shares: int = 1) -> None:
@@ -380,11 +382,14 @@ def check_kinds(kinds: list[str], body: str) -> None:
         )
 
 
-def range_of(joint: JointDescription) -> dict[str, str]:
-    """Return the attribute of a joint's limits; none where MJCF has no notation for them."""
-    bounds = joint.limits.lower, joint.limits.upper
-    has_range = np.isfinite(bounds).all() and bounds[0] < bounds[1]
-    return {"range": words(bounds)} if has_range else {}
+def ranges_of(limits: Limits) -> dict[str, str]:
+    """Return the attributes of a joint's limits; none where MJCF has no notation for them."""
+    bounds = (limits.lower, limits.upper), (-limits.effort, limits.effort)
+    return {
+        name: words(ends)
+        for name, ends in zip(("range", "actuatorfrcrange"), bounds, strict=True)
+        if np.isfinite(ends).all() and ends[0] < ends[1]
+    }
 
 
 def dynamics_of(dynamics: Dynamics) -> dict[str, str]:
