@@ -150,6 +150,16 @@ def test_what_is_locked_by_more_than_rounding_is_told_what_would_free_it() -> No
         swept(mechanism)
 
 
+def test_the_same_is_told_where_it_stands_on_a_base_that_moves() -> None:
+    text = rounded(LOOPS["spherical"], 2).replace(
+        '<link name="ground"/>',
+        '<link name="hall"/><link name="ground"/><joint name="turntable" type="continuous">'
+        '<parent link="hall"/><child link="ground"/></joint>',
+    )
+    with pytest.raises(cd.MobilityError, match="h0 cannot move: .*; loops would close all along"):
+        cd.Scene(cd.load(text), drive=["turntable", "h0"])
+
+
 def test_angles_that_stand_for_right_ones_are_known_by_their_digits() -> None:
     """Hinges turned by 1.57 and by 1.5708, each for a right angle."""
     turned = four_bar(0.0)
