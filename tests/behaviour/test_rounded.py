@@ -150,14 +150,28 @@ def test_what_is_locked_by_more_than_rounding_is_told_what_would_free_it() -> No
         swept(mechanism)
 
 
-def test_the_same_is_told_where_it_stands_on_a_base_that_moves() -> None:
-    text = rounded(LOOPS["spherical"], 2).replace(
-        '<link name="ground"/>',
-        '<link name="hall"/><link name="ground"/><joint name="turntable" type="continuous">'
-        '<parent link="hall"/><child link="ground"/></joint>',
+@pytest.mark.parametrize("tilt", ["0.001", "0.0012345", "0.000012345"])
+def test_what_a_tilted_hinge_locks_is_told_what_would_free_it(tilt: str) -> None:
+    """By more than its digits leave open, whatever else moves: it is on a turntable."""
+    text = (
+        four_bar(0.0)
+        .replace('<axis xyz="0 0 1"/>', f'<axis xyz="{tilt} 0 1"/>', 1)
+        .replace(
+            '<link name="g"/>',
+            '<link name="hall"/><link name="g"/><joint name="turntable" type="continuous">'
+            '<parent link="hall"/><child link="g"/></joint>',
+        )
     )
-    with pytest.raises(cd.MobilityError, match="h0 cannot move: .*; loops would close all along"):
-        cd.Scene(cd.load(text), drive=["turntable", "h0"])
+    mechanism = cd.load(text)
+    assert cd.describe(mechanism).mobility == 1
+    (warning,) = told(mechanism, "loops would close all along their motion")
+    with pytest.raises(cd.MobilityError, match="A cannot move: ") as caught:
+        cd.Scene(mechanism, drive=["turntable", "A"])
+    assert str(caught.value).endswith(warning.partition(": ")[2])
+    (tolerance,) = re.findall(r"closure_tolerance=([0-9.e-]+)", warning)
+    assert float(tolerance) < 1.2 * float(tilt)
+    accepted = cd.load(text, closure_tolerance=float(tolerance))
+    assert cd.describe(accepted).mobility == 2
 
 
 def test_angles_that_stand_for_right_ones_are_known_by_their_digits() -> None:
