@@ -126,11 +126,14 @@ class TreeBuilder:
             ModelError: it has one, which is about the axes of its child and not along these turns.
         """
         if joint.armature[-1]:
+            inertia = f"{joint.armature[-1]:g} kg·m²"
             raise ModelError(
                 f"{self._description.name}: joint {joint.name!r}: its ball has an armature, so "
                 "that no scene can name its angles; where its parent stands still, the link that "
-                f"it carries moves the same with {joint.armature[-1]:g} kg·m² more in each of ixx, "
-                "iyy and izz and none; else write three hinges"
+                f"it carries moves the same with {inertia} more in each of ixx, iyy and izz and "
+                "none; else write three hinges in a row about x, y and z without any, and three "
+                'more on the ground that <mimic> these with forces="none" and carry a link of 1 kg '
+                f"in their centre, whose ixx, iyy and izz are {inertia} each"
             )
 
     def _add_frames(self, body: Body, index: int) -> None:
