@@ -177,7 +177,7 @@ def made(description: Description, closure_tolerance: float | None) -> Mechanism
     listed = "; ".join(map(str, displaced.displacements))
     remedy = (
         f"loops would close all along their motion with {listed}; that is more than its numbers "
-        f"are rounded by, {tolerance:.2g} rad or lengths of {length:.4g} m: change them, or "
+        f"are rounded by, {tolerance:.2g} rad or {tolerance * length:.2g} m: change them, or "
         f"accept it by load(..., closure_tolerance={1.1 * greatest:.1e})"
     )
     return Mechanism(replace(description, remedy=remedy))
