@@ -152,7 +152,7 @@ def test_what_is_locked_by_more_than_rounding_is_told_what_would_free_it() -> No
 
 @pytest.mark.parametrize("tilt", ["0.001", "0.0012345", "0.000012345"])
 def test_what_a_tilted_hinge_locks_is_told_what_would_free_it(tilt: str) -> None:
-    """By more than its digits leave open, whatever else moves: it is on a turntable."""
+    """By more than its digits leave open, and where something else moves: it is on a turntable."""
     text = (
         four_bar(0.0)
         .replace('<axis xyz="0 0 1"/>', f'<axis xyz="{tilt} 0 1"/>', 1)

@@ -153,10 +153,9 @@ def made(description: Description, closure_tolerance: float | None) -> Mechanism
     displacements: dict[tuple[str, bool], Array] = {}
     greatest, held = 0.0, list[str]()
     for part in doubtful:
-        # Asked before it is displaced.
-        is_held, is_locked = (ask(_LEVERS * tolerance) for ask in (part.is_held, part.is_locked))
+        is_held = part.is_held(_LEVERS * tolerance)  # Asked before it is displaced.
         nearest = part.made_exact(_LEVERS * tolerance)
-        if (nearest is None or is_locked) and tolerance < _MOST_ROUNDED:
+        if (nearest is None or not nearest.displacements) and tolerance < _MOST_ROUNDED:
             nearest = part.made_exact(_LEVERS * _MOST_ROUNDED)  # Only to be told of.
         if nearest is not None:
             displacements |= nearest.displacements
@@ -387,13 +386,6 @@ class _Chain:
         here = self.at(self._zero)
         in_doubt = (here.sizes > _CLOSED) & (here.sizes < tolerance)
         return bool(here.error[0] <= _CLOSED and in_doubt.any())
-
-    def is_locked(self, tolerance: float) -> bool:
-        """Return whether equations that are independent by more than so much let nothing move."""
-        here = self.closed(self._zero, None, tolerance)
-        rank = int((here.sizes > tolerance).sum())
-        on_loops = np.any(np.abs(here.right[0, :rank]) > _CLOSED, axis=0)
-        return not np.any(np.abs(here.right[0, rank:, on_loops]) > _CLOSED)
 
     def made_exact(self, tolerance: float) -> Nearest | None:
         """Return the nearest exact geometry; None if there is none around."""
