@@ -148,8 +148,9 @@ def made(description: Description, closure_tolerance: float | None) -> Mechanism
         from ..description.digits import precision_of  # Most loops are exact.
 
         precision = precision_of(description)
-        stated = max(precision.angle, precision.length / length, _SINGLE_PRECISION)
-        tolerance = min(stated, _MOST_ROUNDED)
+        stated = max(precision.angle, precision.length / length)
+        # A place has three numbers, each of which may be off by that.
+        tolerance = min(max(np.sqrt(3.0) * stated, _SINGLE_PRECISION), _MOST_ROUNDED)
     displacements: dict[tuple[str, bool], Array] = {}
     greatest, held = 0.0, list[str]()
     for part in doubtful:
