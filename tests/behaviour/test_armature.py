@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import mujoco
@@ -445,3 +446,66 @@ def test_the_armature_of_a_ball_is_an_inertia_where_its_parent_stands_still() ->
     w, x, y, z = data.qpos
     expected = Rotation.from_quat([x, y, z, w]).as_euler("XYZ")
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-8)
+
+
+def test_the_armature_of_a_ball_on_a_parent_that_moves_is_a_link_on_hinges_that_mimic_its_own() -> (
+    None
+):
+    """What is advised there moves as MuJoCo's ball with an armature."""
+
+    def link(name: str, mass: float, centre: str, moments: Iterable[float]) -> str:
+        stated = " ".join(f'i{2 * axis}="{of}"' for axis, of in zip("xyz", moments, strict=True))
+        return (
+            f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/>'
+            f"<inertia {stated}/></inertial></link>"
+        )
+
+    def hinges(name: str, parent: str, place: str, mimic: str = "") -> str:
+        text, before = "", parent
+        for axis, xyz in (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1")):
+            child = name if axis == "z" else f"{name}_{axis}"
+            text += f'<link name="{child}"/>' * (axis != "z")
+            text += (
+                f'<joint name="{name}.{axis}" type="continuous"><parent link="{before}"/>'
+                f'<child link="{child}"/><origin xyz="{place}"/><axis xyz="{xyz}"/>'
+                f"{mimic.format(axis)}</joint>"
+            )
+            before, place = child, "0 0 0"
+        return text
+
+    arm = (0.2, 0.3, 0.1)
+    head = (
+        f'<robot name="p"><link name="ground"/>{link("arm", 3.0, "0.2 0.1 0", arm)}'
+        f'{link("bob", 2.0, "0.1 0 -0.3", MOMENTS.values())}<joint name="a" type="continuous">'
+        '<parent link="ground"/><child link="arm"/><axis xyz="0 0.6 0.8"/></joint>'
+    )
+    ball = (
+        '<joint name="bob" type="spherical"><parent link="arm"/><child link="bob"/>'
+        '<origin xyz="0.4 0 0.1"/><dynamics armature="0.3"/></joint>'
+    )
+    with pytest.raises(cd.ModelError, match=r"whose ixx, iyy and izz are 0\.3 kg·m² each"):
+        cd.Scene(cd.load(f"{head}{ball}</robot>"), free=["a", "bob"])
+    mechanism = cd.load(
+        f"{head}{hinges('bob', 'arm', '0.4 0 0.1')}{link('rotor', 1.0, '0 0 0', (0.3,) * 3)}"
+        + hinges("rotor", "ground", "0 0 0", '<mimic joint="bob.{}" forces="none"/>')
+        + "</robot>"
+    )
+    assert cd.describe(mechanism).mobility == 4
+    start = {"a": 1.5, "bob.x": 0.3, "bob.y": 0.4, "bob.z": -0.9}
+    scene = cd.Scene(mechanism, free=list(start), gravity=(0.0, 0.0, -9.81))
+    motion = scene.simulate(1.0, speed=start).motion
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><option timestep="2e-3" integrator="RK4"/><worldbody><body>'
+        '<joint axis="0 0.6 0.8"/><inertial pos="0.2 0.1 0" mass="3" diaginertia="0.2 0.3 0.1"/>'
+        '<body pos="0.4 0 0.1"><joint type="ball" armature="0.3"/><inertial pos="0.1 0 -0.3" '
+        f'mass="2" diaginertia="{" ".join(map(str, MOMENTS.values()))}"/></body></body>'
+        "</worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    data.qvel[:] = list(start.values())
+    for _ in range(500):
+        mujoco.mj_step(model, data)
+    w, x, y, z = data.qpos[1:]
+    found = [motion.position(name)[-1] for name in start]
+    expected = [data.qpos[0], *Rotation.from_quat([x, y, z, w]).as_euler("XYZ")]
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-7)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import copy
 import pickle
 import re
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from testkit import hinge_loops
 from testkit.linkages import neck
 
@@ -148,6 +150,88 @@ def test_what_is_locked_by_more_than_rounding_is_told_what_would_free_it() -> No
     assert told(mechanism, "loops would close all along their motion")
     with pytest.raises(cd.CardanError, match="closure_tolerance="):
         swept(mechanism)
+
+
+def doubled(digits: int) -> str:
+    """A four-bar of MJCF in frames that are askew, whose hinge is two `connect`s on its axis."""
+    turns = {
+        name: Rotation.from_rotvec(vector)
+        for name, vector in {
+            "car": (0.31, -0.52, 0.43),
+            "crank": (0.2, 0.7, -0.4),
+            "rod": (-0.5, 0.3, 0.1),
+            "rocker": (0.9, -0.3, 0.4),
+        }.items()
+    }
+    at = {"crank": (0.0, 0.0, 0.0), "rod": (0.05, 0.12, 0.02), "rocker": (0.3, 0.0, 0.01)}
+
+    def listed(values: Iterable[float]) -> str:
+        return " ".join(f"{value:.{digits}f}" for value in values)
+
+    def body(name: str, inside: str = "", before: str = "") -> str:
+        turn = turns[name]
+        place = np.array(at[name]) - at.get(before, (0.0, 0.0, 0.0))
+        if before:
+            place, turn = turns[before].inv().apply(place), turns[before].inv() * turn
+        axis = turns[name].inv().apply((0.0, 0.0, 1.0))
+        quaternion = np.roll(turn.as_quat(), 1)
+        return (
+            f'<body name="{name}" pos="{listed(place)}" quat="{listed(quaternion)}">'
+            f'<joint name="{name}" axis="{listed(axis)}"/><inertial pos="0.05 0.02 -0.01" '
+            f'mass="1.3" diaginertia="0.02 0.03 0.04"/>{inside}</body>'
+        )
+
+    ends = [np.array([0.28, 0.13, -0.03 + side]) for side in (-0.05, 0.05)]
+    equalities = "".join(
+        f'<connect name="c{count}" body1="rod" body2="rocker" '
+        f'anchor="{listed(turns["rod"].inv().apply(end))}"/>'
+        for count, end in enumerate(ends)
+    )
+    quaternion = listed(np.roll(turns["car"].as_quat(), 1))
+    return (
+        f'<mujoco><worldbody><body name="car" pos="0.123 0.0457 0.311" quat="{quaternion}">'
+        f"{body('crank', body('rod', before='crank'))}{body('rocker')}</body></worldbody>"
+        f"<equality>{equalities}</equality></mujoco>"
+    )
+
+
+@pytest.mark.parametrize("digits", [4, 5, 6, 9])
+def test_two_connects_on_one_axis_are_a_hinge(digits: int) -> None:
+    found, expected = (
+        cd.Scene(cd.load(doubled(count)), drive="crank", gravity=GRAVITY).sweep(
+            [0.1, -0.2], speed=1.3, acceleration=0.7
+        )
+        for count in (digits, 17)
+    )
+    assert np.array_equal(found.unique, expected.unique)
+    size = np.max(np.abs(expected.drive_effort))
+    np.testing.assert_allclose(
+        found.drive_effort, expected.drive_effort, rtol=0.0, atol=10.0 * 10.0**-digits * size
+    )
+
+
+@pytest.mark.parametrize("tilt", ["0.001", "0.0012345", "0.000012345"])
+def test_what_a_tilted_hinge_locks_is_told_what_would_free_it(tilt: str) -> None:
+    """By more than its digits leave open, and where something else moves: it is on a turntable."""
+    text = (
+        four_bar(0.0)
+        .replace('<axis xyz="0 0 1"/>', f'<axis xyz="{tilt} 0 1"/>', 1)
+        .replace(
+            '<link name="g"/>',
+            '<link name="hall"/><link name="g"/><joint name="turntable" type="continuous">'
+            '<parent link="hall"/><child link="g"/></joint>',
+        )
+    )
+    mechanism = cd.load(text)
+    assert cd.describe(mechanism).mobility == 1
+    (warning,) = told(mechanism, "loops would close all along their motion")
+    with pytest.raises(cd.MobilityError, match="A cannot move: ") as caught:
+        cd.Scene(mechanism, drive=["turntable", "A"])
+    assert str(caught.value).endswith(warning.partition(": ")[2])
+    (tolerance,) = re.findall(r"closure_tolerance=([0-9.e-]+)", warning)
+    assert float(tolerance) < 1.2 * float(tilt)
+    accepted = cd.load(text, closure_tolerance=float(tolerance))
+    assert cd.describe(accepted).mobility == 2
 
 
 def test_angles_that_stand_for_right_ones_are_known_by_their_digits() -> None:

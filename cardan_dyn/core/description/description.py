@@ -81,6 +81,12 @@ class LinkDescription(Value):
         """Whether it has neither mass nor inertia."""
         return self.mass == 0.0 and not np.any(self.inertia)
 
+    def seen_in(self, placement: Array) -> LinkDescription:
+        """Return the link as seen in the frame in which it has a `(4, 4)` placement."""
+        turn = placement[:3, :3]
+        centre = turn @ self.centre + placement[:3, 3] if self.mass else self.centre
+        return replace(self, centre=centre, inertia=turn @ self.inertia @ turn.T)
+
     def __repr__(self) -> str:
         return f"<LinkDescription {self.name!r}: {self.mass:g} kg>"
 

@@ -148,7 +148,7 @@ def with_links_at_joints(description: Description) -> Description:
     return replace(
         description,
         links=tuple(
-            _moved_link(link, moved[link.name]) if link.name in moved else link
+            link.seen_in(moved[link.name]) if link.name in moved else link
             for link in description.links
         ),
         joints=tuple(
@@ -164,13 +164,6 @@ def with_links_at_joints(description: Description) -> Description:
             for loop in description.loops
         ),
     )
-
-
-def _moved_link(link: LinkDescription, placement: Array) -> LinkDescription:
-    """Return a link in the axes of the frame in which it has a `(4, 4)` placement."""
-    turn = placement[:3, :3]
-    centre = turn @ link.centre + placement[:3, 3] if link.mass else link.centre
-    return replace(link, centre=centre, inertia=turn @ link.inertia @ turn.T)
 
 
 def _in_order_of_drives(description: Description) -> list[JointDescription]:

@@ -208,7 +208,9 @@ def chosen_at_each(
 ) -> tuple[list[tuple[Order, Array]], Array]:
     """Choose an order at each of S samples, which does not depend on the others.
 
-    It is the cheapest by Markowitz's count among large enough pivots there. Arguments as of
+    It is the cheapest by Markowitz's count among large enough pivots there. Of equally cheap ones,
+    those come first that are as large beside the others of their column without regard to the sizes
+    of rows: rows of a loop are rounded alike, however small what one of them tells. Arguments as of
     `chosen`.
 
     Returns:
@@ -235,7 +237,9 @@ def chosen_at_each(
         }
         sizes = np.array([of[place[1:]] for place in places]).reshape(len(places), left.count)
         is_large = sizes >= THRESHOLD
-        best = is_large.argmax(axis=0) if len(places) else np.zeros(left.count, dtype=int)
+        costs = np.array([place[0] for place in places]).reshape(-1, 1)
+        ranked = np.where(is_large, costs - 0.5 * left.stand_out(places), np.inf)
+        best = ranked.argmin(axis=0) if len(places) else np.zeros(left.count, dtype=int)
         is_any = is_large.any(axis=0)
         without.append(samples[~is_any])
         for index in np.unique(best[is_any]):
@@ -334,6 +338,19 @@ class _Left:
             most[most == 0.0] = np.inf
             self._known[column] = owners, part / most
         return {column: self._known[column] for column in columns}
+
+    def stand_out(self, places: Sequence[tuple[int, int, int]]) -> Array:
+        """Return whether entries are large beside all of their columns `(places, S)`.
+
+        Args:
+            places: of each the cost, the row and the column.
+        """
+        entries = np.abs([self._rows[row][column] for _, row, column in places])
+        most: dict[int, Array] = {}
+        for (_, _, column), entry in zip(places, entries, strict=True):
+            most[column] = np.fmax(most.get(column, 0.0), entry)
+        greatest = np.array([most[column] for _, _, column in places])
+        return np.asarray(entries >= THRESHOLD * greatest).reshape(len(places), self.count)
 
     def cost(self, row: int, column: int) -> int:
         """Return how many entries a pivot may add, by Markowitz."""

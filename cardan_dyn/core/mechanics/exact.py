@@ -148,14 +148,15 @@ def made(description: Description, closure_tolerance: float | None) -> Mechanism
         from ..description.digits import precision_of  # Most loops are exact.
 
         precision = precision_of(description)
-        stated = max(precision.angle, precision.length / length, _SINGLE_PRECISION)
-        tolerance = min(stated, _MOST_ROUNDED)
+        stated = max(precision.angle, precision.length / length)
+        # A place has three numbers, each of which may be off by that.
+        tolerance = min(max(np.sqrt(3.0) * stated, _SINGLE_PRECISION), _MOST_ROUNDED)
     displacements: dict[tuple[str, bool], Array] = {}
     greatest, held = 0.0, list[str]()
     for part in doubtful:
         is_held = part.is_held(_LEVERS * tolerance)  # Asked before it is displaced.
         nearest = part.made_exact(_LEVERS * tolerance)
-        if nearest is None and tolerance < _MOST_ROUNDED:
+        if (nearest is None or not nearest.displacements) and tolerance < _MOST_ROUNDED:
             nearest = part.made_exact(_LEVERS * _MOST_ROUNDED)  # Only to be told of.
         if nearest is not None:
             displacements |= nearest.displacements
@@ -176,7 +177,7 @@ def made(description: Description, closure_tolerance: float | None) -> Mechanism
     listed = "; ".join(map(str, displaced.displacements))
     remedy = (
         f"loops would close all along their motion with {listed}; that is more than its numbers "
-        f"are rounded by, {tolerance:.2g} rad or lengths of {length:.4g} m: change them, or "
+        f"are rounded by, {tolerance:.2g} rad or {tolerance * length:.2g} m: change them, or "
         f"accept it by load(..., closure_tolerance={1.1 * greatest:.1e})"
     )
     return Mechanism(replace(description, remedy=remedy))

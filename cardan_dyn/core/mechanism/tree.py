@@ -15,6 +15,7 @@ import pinocchio
 
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
+from ..description.bodies import Body, bodies_of
 from ..description.description import elementary
 from .joints import Part
 
@@ -26,30 +27,6 @@ if TYPE_CHECKING:
         LinkDescription,
         LoopDescription,
     )
-
-
-class _Body:
-    """Links that fixed joints join to one body, in the frame of the joint that moves them.
-
-    Attributes:
-        joint: that joint; None for the body that is fixed to the world.
-        placement: `(4, 4)` of the joint in the parent.
-        links: names and `(4, 4)` placements of the links.
-        children: bodies that move on this one.
-        loops: loops whose predecessor is one of the links.
-    """
-
-    def __init__(self, joint: JointDescription | None, placement: Array) -> None:
-        self.joint = joint
-        self.placement = placement
-        self.links: dict[str, Array] = {}
-        self.children: list[_Body] = []
-        self.loops: list[LoopDescription] = []
-
-    def items_on_it(self) -> list[tuple[_Body, _Body | LoopDescription]]:
-        """Return this body with each child, then with each loop, the first ones last."""
-        items: list[_Body | LoopDescription] = [*self.children, *self.loops]
-        return [(self, item) for item in reversed(items)]
 
 
 class TreeBuilder:
@@ -70,8 +47,8 @@ class TreeBuilder:
         """
         self._description = description
         self._cardan = cardan
-        self._masses = {link.name: link for link in description.links}
-        self._bodies, self._fixed = _bodies(description)
+        self._bodies = bodies_of(description)
+        self._fixed = {item.child: item.name for item in description.joints if item.type == "fixed"}
         self._shares = self._count_shares()
         self.model = pinocchio.Model()
         self.model.name = description.name
@@ -91,21 +68,21 @@ class TreeBuilder:
         index = {root: 0}
         self.model.inertias[0] = self._inertia(root)
         self._add_frames(root, 0)
-        pending = root.items_on_it()
+        pending = _items_on(root)
         while pending:
             parent, item = pending.pop()
-            if isinstance(item, _Body):
+            if isinstance(item, Body):
                 index[item] = self._add_body(item, index[parent])
                 self._add_frames(item, index[item])
-                pending += item.items_on_it()
+                pending += _items_on(item)
             elif item.type != "fixed":
-                placement = parent.links[item.predecessor] @ item.predecessor_origin
+                placement = parent.at(item.predecessor) @ item.predecessor_origin
                 body = self._add(item, self._chain(item), index[parent], se3(placement))
                 self.model.inertias[body] = self._loop_inertia(item)
             else:
                 self.parts[item.name] = []
 
-    def _add_body(self, body: _Body, parent: int) -> int:
+    def _add_body(self, body: Body, parent: int) -> int:
         joint = body.joint
         if joint is None:
             raise ValueError("only moving bodies are added")
@@ -149,26 +126,29 @@ class TreeBuilder:
             ModelError: it has one, which is about the axes of its child and not along these turns.
         """
         if joint.armature[-1]:
+            inertia = f"{joint.armature[-1]:g} kg·m²"
             raise ModelError(
                 f"{self._description.name}: joint {joint.name!r}: its ball has an armature, so "
                 "that no scene can name its angles; where its parent stands still, the link that "
-                f"it carries moves the same with {joint.armature[-1]:g} kg·m² more in each of ixx, "
-                "iyy and izz and none; else write three hinges"
+                f"it carries moves the same with {inertia} more in each of ixx, iyy and izz and "
+                "none; else write three hinges in a row about x, y and z without any, and three "
+                'more on the ground that <mimic> these with forces="none" and carry a link of 1 kg '
+                f"in their centre, whose ixx, iyy and izz are {inertia} each"
             )
 
-    def _add_frames(self, body: _Body, index: int) -> None:
+    def _add_frames(self, body: Body, index: int) -> None:
         """Add the frames that Pinocchio's readers would: of links, and of their joints."""
         kinds = pinocchio.FrameType
         if body.joint is not None:
             frame = pinocchio.SE3.Identity()
             self._add_frame(body.joint.name, index, frame, kinds.JOINT)
-        for name, placement in body.links.items():
+        for link, placement in body.links:
             frame = se3(placement)
-            self.links[name] = index, frame
-            fixed = self._fixed.get(name)
+            self.links[link.name] = index, frame
+            fixed = self._fixed.get(link.name)
             if fixed is not None:
                 self._add_frame(fixed, index, frame, kinds.FIXED_JOINT)
-            self._add_frame(name, index, frame, kinds.BODY)
+            self._add_frame(link.name, index, frame, kinds.BODY)
 
     def _add_frame(
         self, name: str, index: int, placement: pinocchio.SE3, kind: pinocchio.FrameType
@@ -176,19 +156,17 @@ class TreeBuilder:
         if not self.model.existFrame(name, kind):
             self.model.addFrame(pinocchio.Frame(name, index, placement, kind), False)
 
-    def _inertia(self, body: _Body) -> pinocchio.Inertia:
+    def _inertia(self, body: Body) -> pinocchio.Inertia:
         """Return the inertia of all links of a body together."""
         total = pinocchio.Inertia.Zero()
-        for name, placement in body.links.items():
-            link = self._masses[name]
+        for link, placement in body.links:
             if not link.is_massless:
-                inertia = _inertia(link.mass, link.centre, link.inertia)
-                total = total + se3(placement).act(inertia)
+                total = total + placed_inertia(link, se3(placement))
         return total
 
-    def _count_shares(self) -> dict[_Body, int]:
+    def _count_shares(self) -> dict[Body, int]:
         """Return among how many bodies of the model the successor of each loop is split."""
-        shares: dict[_Body, int] = {}
+        shares: dict[Body, int] = {}
         for loop in self._description.loops:
             successor = self._bodies[loop.successor]
             if self._bodies[loop.predecessor] is successor:
@@ -208,7 +186,7 @@ class TreeBuilder:
         body = self._bodies[loop.successor]
         if body.joint is None:
             return pinocchio.Inertia.Zero()
-        placement = se3(body.links[loop.successor] @ loop.successor_origin)
+        placement = se3(body.at(loop.successor) @ loop.successor_origin)
         return placement.actInv(_share(self._inertia(body), self._shares[body]))
 
     def _set_limits(self, joint: JointDescription, index: int) -> None:
@@ -222,32 +200,10 @@ class TreeBuilder:
             getattr(model, f"upper{kind}Limit")[rates] = value
 
 
-def _bodies(description: Description) -> tuple[dict[str, _Body], dict[str, str]]:
-    """Return link to its body, children in the order of their joints, and to its `fixed` joint."""
-    position = {name: index for index, name in enumerate(description.order)}
-    joints: dict[str, list[JointDescription]] = {link.name: [] for link in description.links}
-    for joint in sorted(description.joints, key=lambda joint: position[joint.name]):
-        joints[joint.parent].append(joint)
-    root = _Body(None, np.eye(4))
-    root.links[description.root] = np.eye(4)
-    bodies, fixed = {description.root: root}, {}
-    pending = joints[description.root][::-1]
-    while pending:
-        joint = pending.pop()
-        parent = bodies[joint.parent]
-        placement = parent.links[joint.parent] @ joint.origin
-        if joint.type == "fixed":
-            fixed[joint.child] = joint.name
-            bodies[joint.child] = parent
-            parent.links[joint.child] = placement @ joint.child_placement
-        else:
-            bodies[joint.child] = child = _Body(joint, placement)
-            parent.children.append(child)
-            child.links[joint.child] = joint.child_placement
-        pending.extend(reversed(joints[joint.child]))
-    for loop in description.loops:
-        bodies[loop.predecessor].loops.append(loop)
-    return bodies, fixed
+def _items_on(body: Body) -> list[tuple[Body, Body | LoopDescription]]:
+    """Return a body with each child, then with each loop, the first ones last."""
+    items: list[Body | LoopDescription] = [*body.children, *body.loops]
+    return [(body, item) for item in reversed(items)]
 
 
 def artificial_inertia(description: Description, length: float) -> pinocchio.Inertia:

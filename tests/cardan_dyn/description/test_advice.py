@@ -542,24 +542,6 @@ def test_what_mjcf_cannot_write_is_written_as_said(tmp_path: Path) -> None:
     assert cd.describe(cd.load(tmp_path / "heavy.xml")).mobility == 6
 
 
-def test_a_ball_with_a_rotor_is_three_hinges_as_said() -> None:
-    ball = '<joint name="A" type="spherical"><parent link="g"/><child link="a"/>{}</joint>'
-    mechanism = cd.load(robot(LINKS[: LINKS.index('<link name="b"')], ball.format(ROTOR)))
-    with pytest.raises(cd.ModelError, match="else write three hinges"):
-        cd.Scene(mechanism, drive="A")
-    axes = zip("xyz", ("1 0 0", "0 1 0", "0 0 1"), ("g", "x", "y"), strict=True)
-    hinges = "".join(
-        f'<joint name="{name}" type="continuous"><parent link="{parent}"/>'
-        f'<child link="{"a" if name == "z" else name}"/><axis xyz="{axis}"/>{ROTOR}</joint>'
-        for name, axis, parent in axes
-    )
-    links = '<link name="x"/><link name="y"/>' + LINKS[: LINKS.index('<link name="b"')]
-    scene = cd.Scene(cd.load(robot(links, hinges)), drive=["x", "y", "z"])
-    # About the outermost axis, the link and one rotor.
-    efforts = scene.sweep([[0.0, 0.0, 0.0]], acceleration=[[0.0, 0.0, 1.0]]).drive_effort
-    assert efforts[0] == pytest.approx([0.0, 0.0, 0.31])
-
-
 def test_what_locks_a_mechanism_leaves_more_free_as_said() -> None:
     """A second hinge, askew, on a four-bar linkage."""
     bar = cd.load(robot(LINKS, CRANK, CLOSED))

@@ -140,6 +140,19 @@ def test_a_sample_at_which_a_column_vanishes_has_no_order_of_its_own() -> None:
     assert [own.tolist() for _, own in together] == [[0, 2]]
 
 
+def test_of_equally_cheap_rows_one_that_tells_more_is_taken() -> None:
+    """A slide in the frame of a loop, all three rows of which are off by the same rounding."""
+    along = np.array([[-7.2e-5, 6.5e-3, -1.0], [1.0, 2e-4, 0.3]])
+    together, without = chosen_at_each([{0: entry} for entry in along.T], None, NOTHING)
+    assert not len(without)
+    for order, own in together:
+        rounding = np.full(3, 1e-16)
+        for sample in own:
+            rows = [{0: float(entry)} for entry in along[sample]]
+            found = eliminated(rows, order).solve([*(along[sample] * 0.7 + rounding)])
+            assert found[0] == pytest.approx(0.7, rel=0.0, abs=1e-14)
+
+
 def test_a_column_that_vanishes_has_no_order() -> None:
     with pytest.raises(UnsuitableError):
         chosen([{0: np.zeros(SAMPLES), 1: np.ones(SAMPLES)}, {1: np.ones(SAMPLES)}])

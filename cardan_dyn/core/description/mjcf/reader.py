@@ -182,9 +182,10 @@ class _Reader:
             )
             placed = origin @ _moved(kind, axis, held)
             return replace(joint, type="fixed", origin=placed, armature=())
-        limits, (dynamics, _) = Limits(), self._along(index)
+        limits, (dynamics, _) = Limits(effort=self._effort(index, at)), self._along(index)
         if item.limited[0]:
-            limits = Limits(*(item.range - initial).tolist())
+            lower, upper = (item.range - initial).tolist()
+            limits = replace(limits, lower=lower, upper=upper)
         elif kind == "revolute":
             kind = "continuous"
         return replace(joint, type=kind, axis=axis, limits=limits, dynamics=dynamics)
@@ -202,6 +203,19 @@ class _Reader:
                 gear = float(model.actuator_gear[actuator, 0])
                 total += gear**2 * float(model.actuator_armature[actuator])
         return armature([total], kind, f"{at}: armature")
+
+    def _effort(self, index: int, at: str) -> float:
+        """Return the greatest effort that all actuators of a joint together may exert."""
+        if not self._model.jnt_actfrclimited[index]:
+            return math.inf
+        least, greatest = self._model.jnt_actfrcrange[index].tolist()
+        if least == -greatest:
+            return float(greatest)
+        self.warnings.append(
+            f"{at}: actuatorfrcrange {least:g} {greatest:g} left out: a limit of effort here "
+            "is the same in both directions"
+        )
+        return math.inf
 
     @property
     def _along_joints(self) -> tuple[int, int]:

@@ -13,12 +13,14 @@ body with the joints before and behind it; others are refused.
 
 Bodies nested more than 300 deep are written, but not read back by this package.
 
-Limits of position are written where both are finite, no others; nor names of fixed joints, the
-joints that the author drives, damping and friction of balls, visuals and warnings.
+Limits of position are written where both are finite, those of effort as what MuJoCo lets motors
+exert on a joint; none of velocity, nor names of fixed joints, damping and friction of balls,
+visuals and warnings.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from xml.etree.ElementTree import Element, SubElement
 from xml.sax.saxutils import quoteattr
@@ -28,11 +30,13 @@ import pinocchio
 
 from ....kit.arrays import Array, inverse
 from ....kit.errors import ModelError, choices
+from ..bodies import bodies_of
 from ..description import (
     Description,
     Dynamics,
     JointDescription,
     JointOrLoop,
+    Limits,
     LinkDescription,
     LoopDescription,
     elementary,
@@ -43,9 +47,9 @@ from ..together import together
 _DIRECT = {"spherical": "connect", "fixed": "weld"}
 """Types of loops that are an equality, and its kind."""
 _WORLD = "world"
+"""Name of MuJoCo's outermost body."""
 _POWERS = 5
 """Coefficients of MuJoCo's `polycoef`."""
-"""Name of MuJoCo's outermost body."""
 _WORDS = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball"}
 """Elementary part of a joint to the joint that it is in MJCF."""
 _MOST_FREEDOMS = 6
@@ -65,8 +69,13 @@ def to_mjcf(description: Description) -> str:
 class _MjcfWriter:
     def __init__(self, description: Description) -> None:
         self._description = description
-        self._groups = RigidGroups(description)
-        self._bodies: dict[str, Element] = {}
+        self._bodies = bodies_of(description)
+        self._split = Counter(
+            self._bodies[loop.successor] for loop in description.loops if not _is_direct(loop)
+        )
+        # Of links, and of the bodies that carry the joints of loops.
+        self._elements: dict[str, Element] = {}
+        self._halves: dict[str, Element] = {}
         self._world, self._equalities = Element("worldbody"), Element("equality")
         joints = {item.name for item in description.joints_and_loops}
         self._taken = {
@@ -118,11 +127,11 @@ class _MjcfWriter:
 
     def _write_tree(self) -> None:
         """Add the bodies of all links, and those that carry the joints of loops."""
-        root, links = self._description.root, self._groups.links
-        self._bodies[root] = self._world
+        root, links = self._description.root, {link.name: link for link in self._description.links}
+        self._elements[root] = self._world
         if root != _WORLD:
-            self._bodies[root] = self._add(self._world, root, np.eye(4))
-            self._weigh(self._bodies[root], links[root])
+            self._elements[root] = self._add(self._world, root, np.eye(4))
+            self._weigh(self._elements[root], links[root])
         waiting: list[tuple[str, list[JointOrLoop]]] = [(root, [])]
         while waiting:
             link, before = waiting.pop()
@@ -130,14 +139,14 @@ class _MjcfWriter:
                 chain = [*before, item]
                 if isinstance(item, LoopDescription):
                     name = self._unique("body", f"{item.name}_half")
-                    body = self._bodies[item.name] = self._body(chain, name, np.eye(4))
-                    SubElement(body, "inertial", inertial_of(self._groups.helper(item, name)))
+                    body = self._halves[item.name] = self._body(chain, name, np.eye(4))
+                    SubElement(body, "inertial", inertial_of(self._half(item)))
                 elif self._is_passed_through(item):
                     waiting.append((item.child, chain))
                 else:
                     body = self._body(chain, item.child, item.child_placement)
-                    self._weigh(body, links[item.child], self._groups.shares(item.child))
-                    self._bodies[item.child] = body
+                    self._weigh(body, links[item.child])
+                    self._elements[item.child] = body
                     waiting.append((item.child, []))
 
     def _unique(self, kind: str, name: str) -> str:
@@ -148,7 +157,7 @@ class _MjcfWriter:
     def _is_passed_through(self, joint: JointDescription) -> bool:
         """Return whether the link of a joint has no mass and no body of its own."""
         link = joint.child
-        if joint.type == "fixed" or self._groups.mass(link) > 0.0:
+        if joint.type == "fixed" or self._bodies[link].mass > 0.0:
             return False
         carried = self._carried[link]
         is_used = any(
@@ -175,9 +184,9 @@ class _MjcfWriter:
         check_kinds([kind for item in chain for kind, _ in _parts(item)], name)
         first = chain[0]
         parent = first.parent if isinstance(first, JointDescription) else first.predecessor
-        if first.type == "floating" and self._groups.is_fixed(parent):
-            return self._free(chain, name, self._groups.placements[parent] @ behind)
-        body = self._add(self._bodies[parent], name, behind)
+        if first.type == "floating" and self._bodies[parent].parent is None:
+            return self._free(chain, name, self._bodies[parent].at(parent) @ behind)
+        body = self._add(self._elements[parent], name, behind)
         for item, frame in zip(chain, reversed(frames), strict=True):
             self._write_joint(body, item, frame)
         return body
@@ -221,34 +230,62 @@ class _MjcfWriter:
                 stated["armature"] = words([inertia])
             # The limits of a joint that turns about two axes are those of either.
             if isinstance(item, JointDescription) and all(kind == other for other, _ in parts):
-                stated |= range_of(item)
+                stated |= ranges_of(item.limits)
             SubElement(body, "joint", stated)
 
-    def _weigh(self, body: Element, link: LinkDescription, shares: int = 1) -> None:
-        """Add the mass of a link, or one of several shares of it."""
+    def _weigh(self, element: Element, link: LinkDescription) -> None:
+        """Add the mass of a link, or the share of it that no loop's joint carries."""
         if link.mass:
-            share = replace(link, mass=link.mass / shares, inertia=link.inertia / shares)
-            SubElement(body, "inertial", inertial_of(share))
+            SubElement(element, "inertial", inertial_of(self._share(link, link.name)))
         elif np.any(link.inertia):
             raise ModelError(f"link {link.name!r}: an inertia without a mass cannot be written")
 
+    def _share(self, link: LinkDescription, of: str) -> LinkDescription:
+        """Return one of the equal parts into which the body of a link is split."""
+        body = self._bodies[of]
+        count = 1 + self._split[body] if body.parent else 1
+        return replace(link, mass=link.mass / count, inertia=link.inertia / count)
+
+    def _half(self, loop: LoopDescription) -> LinkDescription:
+        """Return the mass of the body that carries a loop's joint, in the joint's frame.
+
+        It is a share of its successor's. A successor that stands still has none that counts: a
+        mass of the size of the others keeps the model regular and is held by the weld alone.
+        """
+        body, name = self._bodies[loop.successor], loop.name
+        if body.parent is None:
+            masses = [link.mass for link in self._description.links if link.mass > 0.0]
+            mass = float(np.mean(masses)) if masses else 1.0
+            return LinkDescription(name, mass, np.zeros(3), mass * np.eye(3))
+        if body.mass == 0.0:
+            raise ModelError(
+                f"loop {name!r}: its successor {loop.successor!r} moves and has no mass, which "
+                "MuJoCo does not accept; give it one"
+            )
+        back = inverse(body.at(loop.successor) @ loop.successor_origin)
+        seen = (link.seen_in(back @ placement) for link, placement in body.links)
+        whole = together([(link.mass, link.centre, link.inertia) for link in seen])
+        return self._share(LinkDescription(name, *whole), loop.successor)
+
     def _write_loop(self, loop: LoopDescription) -> None:
         """Add the equality of a loop, and the sites between which it holds."""
-        name, kind = loop.name, _DIRECT.get(loop.type, "weld")
-        start = loop.predecessor, loop.predecessor_origin
-        if not _is_direct(loop):
+        if _is_direct(loop):
+            name, kind = loop.name, _DIRECT[loop.type]
+            start = self._elements[loop.predecessor], loop.predecessor_origin
+        else:
             name, kind = self._unique("equality", f"{loop.name}_weld"), "weld"
-            start = loop.name, np.eye(4)
+            start = self._halves[loop.name], np.eye(4)
         sites = [f"{loop.name}_predecessor", f"{loop.name}_successor"]
-        ends = start, (loop.successor, loop.successor_origin)
-        for site, (body, origin) in zip(sites, ends, strict=True):
-            SubElement(self._bodies[body], "site", {"name": site, **pose_of(origin, site)})
+        ends = start, (self._elements[loop.successor], loop.successor_origin)
+        for site, (element, origin) in zip(sites, ends, strict=True):
+            SubElement(element, "site", {"name": site, **pose_of(origin, site)})
         SubElement(self._equalities, kind, name=name, site1=sites[0], site2=sites[1])
 
     def _coupled(self, link: str, other: str, coupling: str) -> str:
         """Return the one joint that moves a link of a coupling against the common ancestor."""
-        common = {joint.name for joint in self._groups.path(other)}
-        joints = [joint for joint in self._groups.path(link) if joint.name not in common]
+        common = {*self._bodies[other].path()}
+        path = [body for body in self._bodies[link].path() if body not in common]
+        joints = [body.joint for body in path if body.joint is not None]
         if len(joints) != 1 or joints[0].type not in SINGLE_TYPES:
             raise ModelError(
                 f"{self._description.name}: coupling {coupling!r}: MJCF couples two joints with "
@@ -284,90 +321,6 @@ def _parts(item: JointOrLoop) -> list[tuple[str, Array]]:
     return [(_WORDS[kind], axis) for kind, axis in elementary(item.type, item.axis, item.axis_2)]
 
 
-class RigidGroups:
-    """The groups of links of a description that move as one body.
-
-    Attributes:
-        links: by name.
-        placements: name of a link to its `(4, 4)` placement in the first link of its group.
-    """
-
-    def __init__(self, description: Description) -> None:
-        self.links = {link.name: link for link in description.links}
-        self._carriers = {joint.child: joint for joint in description.joints}
-        self._root = root = description.root
-        children: dict[str, list[JointDescription]] = {name: [] for name in self.links}
-        for joint in description.joints:
-            children[joint.parent].append(joint)
-        self._first, self.placements, waiting = {root: root}, {root: np.eye(4)}, [root]
-        while waiting:
-            name = waiting.pop()
-            for joint in children[name]:
-                first, placement = joint.child, np.eye(4)
-                if joint.type == "fixed":
-                    placement = self.placements[name] @ joint.origin @ joint.child_placement
-                    first = self._first[name]
-                self._first[joint.child], self.placements[joint.child] = first, placement
-                waiting.append(joint.child)
-        self._members: dict[str, list[LinkDescription]] = {}
-        for link in description.links:
-            self._members.setdefault(self._first[link.name], []).append(link)
-        self._shares: dict[str, int] = {}
-        for loop in description.loops:
-            if not _is_direct(loop):
-                first = self._first[loop.successor]
-                self._shares[first] = self._shares.get(first, 1) + 1
-
-    def is_fixed(self, link: str) -> bool:
-        """Return whether a link stands still."""
-        return self._first[link] == self._root
-
-    def members(self, link: str) -> list[LinkDescription]:
-        """Return all links that move as one with a link."""
-        return self._members[self._first[link]]
-
-    def mass(self, link: str) -> float:
-        """Return the mass [kg] of all links that move as one with a link."""
-        return sum(item.mass for item in self.members(link))
-
-    def shares(self, link: str) -> int:
-        """Return among how many bodies the inertia of a link's group is split."""
-        return 1 if self.is_fixed(link) else self._shares.get(self._first[link], 1)
-
-    def helper(self, loop: LoopDescription, name: str) -> LinkDescription:
-        """Return the mass of the body that carries a loop's joint, in the joint's frame.
-
-        It is a share of its successor's. A successor that stands still has none that counts: a
-        mass of the size of the others keeps the model regular and is held by the weld alone.
-        """
-        if self.is_fixed(loop.successor):
-            masses = [link.mass for link in self.links.values() if link.mass > 0.0]
-            mass = float(np.mean(masses)) if masses else 1.0
-            return LinkDescription(name, mass, np.zeros(3), mass * np.eye(3))
-        if self.mass(loop.successor) == 0.0:
-            raise ModelError(
-                f"loop {loop.name!r}: its successor {loop.successor!r} moves and has no mass, "
-                "which MuJoCo does not accept; give it one"
-            )
-        back, parts = inverse(self.placements[loop.successor] @ loop.successor_origin), []
-        for link in self.members(loop.successor):
-            at = back @ self.placements[link.name]
-            turn, centre = at[:3, :3], at[:3, :3] @ link.centre + at[:3, 3]
-            parts.append((link.mass, centre, turn @ link.inertia @ turn.T))
-        (mass, centre, inertia), count = together(parts), self.shares(loop.successor)
-        return LinkDescription(name, mass / count, centre, inertia / count)
-
-    def path(self, link: str) -> list[JointDescription]:
-        """Return the moving joints from a link to the root."""
-        joints = []
-        while link in self._carriers:
-            joint = self._carriers[link]
-            if joint.type != "fixed":
-                joints.append(joint)
-            link = joint.parent
-        return joints
-
-
 def check_kinds(kinds: list[str], body: str) -> None:
     """Refuse joints that MuJoCo does not combine in one body."""
     freedoms = sum(3 if kind == "ball" else 1 for kind in kinds)
@@ -380,11 +333,14 @@ def check_kinds(kinds: list[str], body: str) -> None:
         )
 
 
-def range_of(joint: JointDescription) -> dict[str, str]:
-    """Return the attribute of a joint's limits; none where MJCF has no notation for them."""
-    bounds = joint.limits.lower, joint.limits.upper
-    has_range = np.isfinite(bounds).all() and bounds[0] < bounds[1]
-    return {"range": words(bounds)} if has_range else {}
+def ranges_of(limits: Limits) -> dict[str, str]:
+    """Return the attributes of a joint's limits; none where MJCF has no notation for them."""
+    bounds = (limits.lower, limits.upper), (-limits.effort, limits.effort)
+    return {
+        name: words(ends)
+        for name, ends in zip(("range", "actuatorfrcrange"), bounds, strict=True)
+        if np.isfinite(ends).all() and ends[0] < ends[1]
+    }
 
 
 def dynamics_of(dynamics: Dynamics) -> dict[str, str]:

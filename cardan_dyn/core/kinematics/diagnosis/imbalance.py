@@ -86,7 +86,8 @@ class _Imbalance:
         left = best.while_resting(driven)
         free, advised = self._names(left.moving(self._passives)), self._advised(best)
         reasons = []
-        if excess and (coupled := self._coupled()):
+        coupled = self._coupled() if excess else ""
+        if coupled:
             reasons.append(coupled)
         elif best.number == 0:
             reasons.append(self._locked(surplus))
@@ -94,6 +95,8 @@ class _Imbalance:
             still = self._names([column for column in driven if not best.moving([column])])
             reasons.append(_too_many(still, surplus, drives, excess))
             surplus = surplus or still
+        if excess and not coupled and mechanism.description.remedy:
+            reasons.append(mechanism.description.remedy)
         if left.number:
             reasons.append(self._too_few(best, left, free, advised))
         if not reasons:
@@ -204,13 +207,12 @@ class _Imbalance:
 
     def _locked(self, surplus: list[str]) -> str:
         """Return what to do about a locked mechanism, some joints of which may be held."""
-        remedy = self._mechanism.description.remedy
         advice = "check loops and couplings, and axes, which are x if left out"
         if surplus:
             advice = f"stop holding {_one_of(surplus)}"
         elif self._held:
             advice = f"stop holding more than one joint, or {advice}"
-        return f"it is locked: {advice}" + (f"; {remedy}" if remedy else "")
+        return f"it is locked: {advice}"
 
     def _too_few(self, best: Freedoms, left: Freedoms, free: list[str], advised: list[str]) -> str:
         """Return which motions are left, and what can be driven to remove them."""

@@ -117,6 +117,18 @@ def test_limits_count_from_the_initial_configuration(
         assert said == []
 
 
+def test_limits_of_effort_are_those_of_all_actuators_on_a_joint() -> None:
+    for kind in ("hinge", "slide"):
+        found, _ = described(type=kind, actuatorfrcrange="-7 7")
+        assert found.limits == Limits(effort=7.0)
+    text = of_body('<joint name="j" actuatorfrcrange="-7 5"/>')
+    description = read(text)
+    assert description.joints[0].limits == Limits()
+    assert any("'j': actuatorfrcrange -7 5 left out" in line for line in description.warnings)
+    off = '<joint name="j" actuatorfrcrange="-7 5" actuatorfrclimited="false"/>'
+    assert not any("actuatorfrcrange" in line for line in read(of_body(off)).warnings)
+
+
 @pytest.mark.parametrize(
     ("head", "attributes"),
     [

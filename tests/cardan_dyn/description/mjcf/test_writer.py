@@ -402,9 +402,33 @@ def test_limits_of_a_universal_joint_are_those_of_both_hinges() -> None:
     text = """<robot name="wrist"><link name="arm"/><link name="hand"><inertial><mass value="1"/>
       <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
       <joint name="w" type="universal"><parent link="arm"/><child link="hand"/><axis xyz="1 0 0"/>
-      <axis2 xyz="0 1 0"/><limit lower="-0.5" upper="0.4" velocity="1" effort="1"/></joint>
+      <axis2 xyz="0 1 0"/><limit lower="-0.5" upper="0.4" velocity="1" effort="3"/></joint>
       </robot>"""
     mujoco = pytest.importorskip("mujoco")
     model = mujoco.MjModel.from_xml_string(to_mjcf(read(text)))
-    assert model.jnt_limited.tolist() == [1, 1]
+    assert model.jnt_limited.tolist() == model.jnt_actfrclimited.tolist() == [1, 1]
     np.testing.assert_allclose(model.jnt_range, [[-0.5, 0.4]] * 2)
+    np.testing.assert_allclose(model.jnt_actfrcrange, [[-3.0, 3.0]] * 2)
+
+
+def test_motors_are_as_weak_as_the_limits_of_effort_say() -> None:
+    """MuJoCo lets no actuator exert more on a joint, and what is read back is what was written."""
+    text = """<robot name="arm"><link name="base"/><link name="arm"><inertial><mass value="2"/>
+      <inertia ixx="1" iyy="3" izz="4"/></inertial></link>
+      <joint name="a" type="{kind}" independent="true"><parent link="base"/><child link="arm"/>
+      <axis xyz="0 0 1"/><limit {bounds} velocity="inf" effort="3"/></joint></robot>"""
+    mujoco = pytest.importorskip("mujoco")
+    for kind, bounds, inertia in (
+        ("revolute", 'lower="-1" upper="2"', 4.0),
+        ("continuous", "", 4.0),
+        ("prismatic", 'lower="-1" upper="2"', 2.0),
+    ):
+        description = read(text.format(kind=kind, bounds=bounds))
+        written = to_mjcf(description)
+        assert read(written).joints[-1].limits == description.joints[0].limits
+        model = mujoco.MjModel.from_xml_string(written)
+        data = mujoco.MjData(model)
+        for asked, exerted in ((2.0, 2.0), (5.0, 3.0), (-5.0, -3.0)):
+            data.ctrl[:] = asked
+            mujoco.mj_forward(model, data)
+            np.testing.assert_allclose(inertia * data.qacc, exerted, rtol=1e-14)

@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cardan_dyn as cd
-from cardan_dyn.core.description.description import JointDescription, Limits, LinkDescription
+from cardan_dyn.core.description.description import Limits, LinkDescription
 from cardan_dyn.core.description.elements import rotation_of_quaternion, words
 from cardan_dyn.core.description.mjcf.writer import (
     check_kinds,
     inertial_of,
     pose_of,
-    range_of,
+    ranges_of,
 )
 
 ANGLES = st.one_of(
@@ -58,15 +58,13 @@ def test_what_mujoco_does_not_combine() -> None:
         (Limits(), {}),
         (Limits(-1.0, 2.0), {"range": "-1.0 2.0"}),
         (Limits(-1.0), {}),
-        (Limits(0.0, 0.0, 1.0, 1.0), {}),
+        (Limits(0.0, 0.0, 1.0, 3.0), {"actuatorfrcrange": "-3.0 3.0"}),
+        (Limits(-1.0, 2.0, effort=0.0), {"range": "-1.0 2.0"}),
         (Limits(2.0, 1.0), {}),
     ],
 )
 def test_ranges(limits: Limits, found: dict[str, str]) -> None:
-    assert (
-        range_of(JointDescription("j", "revolute", "a", "b", np.eye(4), X, X, limits=limits))
-        == found
-    )
+    assert ranges_of(limits) == found
 
 
 def test_inertials() -> None:
