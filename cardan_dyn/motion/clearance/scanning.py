@@ -30,7 +30,7 @@ from .impact_model import Estimates, ImpactModel, estimates
 from .joint_arguments import Lengths, Stiffnesses, opened_joints
 from .opened_joint import Mobility, OpenedJoint, mean_positions
 from .pin_geometry import PinGeometry, StiffnessLaw
-from .planar_motion import FollowedPin, PinContactNumbers
+from .planar_motion import FollowedPin
 from .scan_results import (
     MOST_DAMPED,
     ComparedReversal,
@@ -263,8 +263,8 @@ class Scanner:
             except ArgumentError as error:
                 return None, f"its pin is not followed, and no interval is known: {error}"
         damping = 2.0 * self._ratio * float(np.sqrt(law * item.mean_mass))
-        numbers = PinContactNumbers(clearance, law, damping)
-        return FollowedPin(joint, self._source, course, numbers, item.mean_mass, speed), ""
+        contact = LinearContact(law, damping)
+        return FollowedPin(joint, self._source, course, contact, item.mean_mass, speed), ""
 
     def _reversals(self, moving: list[_Moving], speed: float) -> list[list[ForceReversal]]:
         """Return of each joint its reversals: swings whose force comes near zero."""
