@@ -18,16 +18,24 @@ from cardan_dyn.analytic.clearance import contact_time
 from cardan_dyn.analytic.impact import Start
 
 from ...core.elements.contact_laws import LinearContact
+from ...core.response.identity import forces_identity
 from ...kit.arrays import NOTHING, Array
 from ...kit.checks import flag
 from ...kit.errors import ArgumentError, CardanError, ModelError
 from ...kit.frozen import read_only
 from ...kit.time_left import Task
-from .arguments import damping_ratio_of, made_of, scene_of, speed_of, start_of
+from .arguments import (
+    Lengths,
+    Stiffnesses,
+    damping_ratio_of,
+    opened_joints,
+    scene_of,
+    speed_of,
+    start_of,
+)
 from .comparing import compare
 from .forces import ForceCourse, ForceSource, Swing
 from .impact_model import Estimates, ImpactModel, estimates
-from .joint_arguments import Lengths, Stiffnesses, opened_joints
 from .opened_joint import Mobility, OpenedJoint, mean_positions
 from .pin_geometry import PinGeometry, StiffnessLaw
 from .planar_motion import FollowedPin
@@ -163,7 +171,10 @@ class Scanner:
             source.solver, rotor, joints, bearings, clearance, stiffness, radius
         )
         self._are_named, self._rotor = joints is not None, rotor
-        self._made_of, self.period = made_of(source.problem, rotor), source.period
+        self._made_of, self.period = (
+            forces_identity(source.problem, rotor=None if rotor is None else float(rotor)),
+            source.period,
+        )
 
     @cached_property
     def _states(self) -> Array:
@@ -220,7 +231,7 @@ class Scanner:
         """Return what is said of a joint."""
         joint = item.joint
         motion, unfollowed = self._followed(item, kept, speed)
-        names = [joint.pins[bearing.pin].name for bearing in joint.bearings]
+        names = [bearing.of for bearing in joint.bearings]
         radii = {} if joint.radii is None else {
             pin.name: float(radius)
             for pin, radius in zip(joint.pins, joint.radii, strict=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...core.elements.contact_laws import ContactLaw, LinearContact
+from ...core.response.identity import forces_identity
 from ...kit.arrays import Array
 from ...kit.checks import described, mapping, number, positive
 from ...kit.differences import displacements, slopes
@@ -16,13 +17,15 @@ from ...kit.roots import zero
 from .arguments import (
     clearance_of,
     damping_ratio_of,
-    made_of,
+    is_cross,
+    joint_names,
     of_joint,
     period_of,
     pins_of,
     refuse_unknown,
     scene_of,
     speed_of,
+    universal_pins,
 )
 from .contact_simulation import ContactSimulation
 from .opened_joint import OpenedJoint, across_pin, mean_positions, what_is_open
@@ -67,7 +70,8 @@ def simulate(
     Args:
         scene: with one drive that turns.
         speed: of the drive, the first one if it is free [rad/s].
-        joints: names of the turning joints that have clearance.
+        joints: names of the turning joints that have clearance; the link that is a cross stands for
+            both of its pins, which need a `radius`.
         clearance: difference 2 s of the diameters of bush and pin [m], of all joints or by name.
         law: of the contact, likewise, such as `HuntCrossley`.
         stiffness: instead of a law, that of a `LinearContact`, likewise [N/m].
@@ -112,7 +116,7 @@ def simulate(
     if rotor is not None:
         found = found._replace(scene=found.scene.replace(free=found.scene.coordinates))
     trajectory = found.scene.simulate(duration, **start, **limits)
-    same = made_of(scene.problem, rotor)
+    same = forces_identity(scene.problem, rotor=None if rotor is None else float(rotor))
     return ContactSimulation(trajectory, found.contacts, found.drive, begun.speed, same)
 
 
@@ -174,7 +178,14 @@ class RigidStart:
         self._period = period_of(scene.solver)
         if joints is None:
             raise ArgumentError("joints is None; name those that have clearance")
-        self.joints, _ = pins_of(scene.problem, joints)
+        mechanism, found = scene.mechanism, []
+        for name in joint_names(joints):
+            owner, _, _ = name.rpartition(".")
+            if is_cross(mechanism, name) and name not in mechanism.joints:
+                found += [pin.name for pin in universal_pins(mechanism, name)]
+            else:
+                found.append(owner if owner in mechanism.joints else name)
+        self.joints, _ = pins_of(scene.problem, found)
         self.reach = self._reach(radius)
         self.position = self._steady() if position is None else number("position", position)
 
