@@ -283,8 +283,8 @@ def _radii(given: Any, bearings: tuple[Bearing, ...], length: float) -> Array:
     for item in bearings:
         if given is None:
             raise ArgumentError(
-                f"radius is None; give the distance of the bearings of {item.of!r} from the joint's "
-                "centre"
+                f"radius is None; give the distance of the bearings of {item.of!r} from the centre "
+                "of the joint"
             )
         label, value = of_joint("radius", given, item.of)
         found[item.pin] = positive(label, value)

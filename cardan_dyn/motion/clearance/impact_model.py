@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -14,17 +15,12 @@ from cardan_dyn.analytic.impact import Start
 from cardan_dyn.analytic.impact import reversal as undamped
 from cardan_dyn.analytic.peak_exponents import PeakExponents, peak_exponents
 
-from ...kit.arrays import Array
+from ...kit.arrays import EPS, Array
 from ...kit.checks import positive
 from ...kit.errors import ArgumentError
 from .arguments import damping_ratio_of, start_of
 from .pin_geometry import StiffnessLaw
 
-_MOST_STEPS = 100
-_STAYS = 1e-14
-"""Change of a peak, as a fraction, at which its stiffness is found."""
-_OUTSET = 0.1
-"""Force, as a fraction of the greatest of a contact, at which steps begin."""
 _BELOW_LIMIT = 0.999
 """Fraction of the greatest force of a contact up to which steps go; beyond, there is no answer."""
 
@@ -80,14 +76,14 @@ def estimates(
     limit = law.limit(clearance)
     most = _BELOW_LIMIT * limit
     # Peaks depend on stiffness little, and it on them less: steps converge from any force.
-    force = np.full(np.broadcast_shapes(np.shape(mass), np.shape(slope)), _OUTSET * limit)
+    force = np.full(np.broadcast_shapes(np.shape(mass), np.shape(slope)), 0.1 * limit)
     stays = np.zeros(force.shape, dtype=bool)
-    for _ in range(_MOST_STEPS):
+    for _ in range(100):
         at = law.stiffness(force, clearance)
         found = _at(mass, at, clearance, slope, damping_ratio, start)
         # Without a peak the force goes on rising, and the contact with it gets stiffer.
         after = np.minimum(np.where(np.isnan(found.peak), 2.0 * force, found.peak), most)
-        stays = np.abs(after - force) <= _STAYS * force
+        stays = np.abs(after - force) <= 64.0 * EPS * force
         if stays.all():
             break
         force = after
@@ -113,11 +109,6 @@ def _at(
         peak = damped_peak(*numbers_of, ratio, start=start)
     stiffness = np.broadcast_to(stiffness, np.shape(found.tau))
     return Estimates(stiffness, time, speed, found.tau, peak, found.rigid, found.added)
-
-
-def vars_of(model: ImpactModel) -> dict[str, Any]:
-    """Return the numbers of a model by name, as `estimates` takes them."""
-    return {field.name: getattr(model, field.name) for field in fields(model)}
 
 
 @dataclass(frozen=True)
@@ -177,3 +168,41 @@ class ImpactModel:
             followed = plain._replace(clearance=plain.clearance - follows)
             plain = PeakExponents(*(value / (1.0 - follows) for value in followed))
         return plain
+
+
+def vars_of(model: ImpactModel) -> dict[str, Any]:
+    """Return the numbers of a model by name, as `estimates` takes them."""
+    return {field.name: getattr(model, field.name) for field in fields(model)}
+
+
+def estimate(models: Sequence[tuple[str, ImpactModel]]) -> None:
+    """Find the estimates of many models in few calls: each costs more than its arrays.
+
+    Args:
+        models: which start alike, with the names of their joints.
+    """
+    groups: dict[Any, list[ImpactModel]] = {}
+    for name, model in models:
+        # A law takes one clearance at a time.
+        law = model.stiffness if isinstance(model.stiffness, StiffnessLaw) else None
+        groups.setdefault(law and (name, law), []).append(model)
+    for key, some in groups.items():
+        given: dict[str, Any] = {
+            name: np.array([getattr(model, name) for model in some])
+            for name in ("mass", "stiffness", "clearance", "slope", "damping_ratio")
+        }
+        if key:
+            given |= {"stiffness": key[1], "clearance": some[0].clearance}
+        try:
+            with np.errstate(over="raise"):
+                values = estimates(**given, start=some[0].start)
+        except FloatingPointError:
+            raise ArgumentError(
+                "clearance and stiffness are so great, or so small, that impacts overflow; "
+                "clearance is in m, stiffness in N/m"
+            ) from None
+        except ArgumentError as error:
+            raise ArgumentError(f"joint {key[0]!r}: {error}" if key else str(error)) from error
+        for place, model in enumerate(some):
+            # What the model would find itself.
+            vars(model)["estimate"] = Estimates(*(value[place] for value in values))

@@ -63,7 +63,7 @@ def test_slider_crank_by_equations_written_by_hand(speed: float, clearance: floa
     source = ForceSource(scene)
     motion = solved_motion(source.solver, PHI, np.ones(240), np.zeros(240))
     opened = OpenedJoint(scene.solver, None, "crank_pin")
-    found = source.forces(speed, {"crank_pin": opened}, refuse=True).bearings["crank_pin"]
+    found = source.forces(speed, {"crank_pin": opened}, refuse=True)[1]["crank_pin"]
     force = found.world[::3, 0]
     plane = opened.plane(motion.rows, motion.v, force, PERIOD)
     model = PlanarModel(plane, clearance, cd.LinearContact(c, d), speed)
