@@ -24,16 +24,8 @@ if TYPE_CHECKING:
 
     from ...core.elements.pin_contact import PinContact
 
-_SPEED, _MASS = 0.1, 1.0
-"""A touch [m/s, kg] by which laws are judged."""
-_CHAOTIC = 0.9
-"""Restitution from which on small differences grow from impact to impact."""
 _PER_STEP = 8
 """Times at which the force is looked at between two steps of a simulation."""
-_MISSING = 0.1
-"""Missing energy, as a fraction of what a wall stores at most, that is remarked: forces go by the
-root of what is stored."""
-
 
 _COURSES = (
     ("force", ("time",), ("N", "by which the wall presses the pin")),
@@ -183,13 +175,15 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
         notes = list(self.trajectory.notes)
         elements = self.trajectory.elements
         laws = [elements[index].law for index in self._indices.values()]  # type: ignore[attr-defined]
-        if any(law.restitution(_SPEED, _MASS) > _CHAOTIC for law in laws):
+        # By a touch of 1 kg at 0.1 m/s: from 0.9 on, small differences grow from impact to impact.
+        if any(law.restitution(0.1, 1.0) > 0.9 for law in laws):
             notes.append(
                 "hardly damped: after a few impacts no digit of a single one is left, and only "
                 "their distribution tells something"
             )
         missing, stored = self._energies
-        if missing > _MISSING * stored > 0.0:
+        # Forces go by the root of what is stored.
+        if missing > 0.1 * stored > 0.0:
             notes.append(
                 f"inaccurate: {missing:.2g} J are missing in the balance of energy, where walls "
                 f"store {stored:.2g} J at most; forces of impacts may be off: compare with a "
@@ -219,8 +213,7 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
         return trajectory, self._contacts, self.drive, self.speed, self.made_of
 
     def __getitem__(self, bearing: str) -> JointContact:
-        contact = self.contact(bearing)
-        force: Any = self.trajectory.element_force[self._indices[bearing]]
+        force: Any = self.trajectory.element_force[self._index(bearing)]
         return JointContact(
             bearing,
             self.time,
@@ -229,10 +222,17 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
             force.friction,
             force.depth,
             force.offset,
-            read_only(self._orbit(contact, force.offset)),
+            read_only(self._orbit(self.contact(bearing), force.offset)),
             force.force,
             tuple(item for item in self.impacts if item.bearing == bearing),
         )
+
+    def _index(self, bearing: str) -> int:
+        if bearing not in self._indices:
+            raise ModelError(
+                f"no joint {bearing!r} has clearance; {choices(self._indices, bearing)}"
+            )
+        return self._indices[bearing]
 
     def contact(self, bearing: str) -> PinContact:
         """Return what a pin strikes: its clearance and its law.
@@ -240,21 +240,14 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
         Raises:
             ModelError: no such joint has clearance.
         """
-        if bearing not in self._indices:
-            raise ModelError(
-                f"no joint {bearing!r} has clearance; {choices(self._indices, bearing)}"
-            )
-        return cast("PinContact", self.trajectory.elements[self._indices[bearing]])
+        return cast("PinContact", self.trajectory.elements[self._index(bearing)])
 
     def _orbit(self, contact: PinContact, offset: Array) -> Array:
         """Return offsets `(N, 3)` in the world as the bush of a contact sees them, `(N, 2)`."""
         trajectory = self.trajectory
         bush = LinkMotions(trajectory.mechanism, [contact.link_a]).at(*trajectory.states)
-        ways = np.stack(across(contact.axis_a), axis=1)
-        turned = bush[contact.link_a].rotation @ ways
-        return np.asarray(
-            np.einsum("nij,ni->nj", np.broadcast_to(turned, (len(offset), 3, 2)), offset)
-        )
+        turned = bush[contact.link_a].rotation @ np.stack(across(contact.axis_a), axis=1)
+        return np.asarray((offset[:, None] @ turned)[:, 0])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._indices)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pinocchio
 
 from ...core.elements.contact_laws import ContactLaw, LinearContact
 from ...core.response.identity import forces_identity
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
     from ...core.mechanism.mechanism import Mechanism
     from ...scene.scene import Scene
 
-_SEARCHED = 180
-"""Positions over a period among which it begins."""
 _DEEPEST = 1e3
 """Greatest depth, in clearances, at which a wall is looked for that bears the force."""
 
@@ -204,9 +203,9 @@ class RigidStart:
 
     def _steady(self) -> float:
         """Position of the drive at which all forces are far from a reversal [rad]."""
-        positions = self._period / _SEARCHED * np.arange(_SEARCHED)
+        positions = self._period * np.arange(180) / 180
         sweep = self._scene.sweep(positions, self.speed)
-        least = np.ones(_SEARCHED)
+        least = np.ones(len(positions))
         for name in self.joints:
             sizes = np.linalg.norm(self._force(sweep, name, self.reach.get(name)), axis=1)
             if np.any(sizes > 0.0):
@@ -234,13 +233,14 @@ class RigidStart:
             pins: of the joints.
             is_free: whether nobody moves the drive.
         """
-        begun = self._slides(opened.scene.mechanism, pins)
-        free = {name: begun[name] for name in opened.scene.coordinates if name != opened.drive}
-        positions = {opened.drive: self.position, **{name: at for name, (at, _) in free.items()}}
-        speeds = {name: rate for name, (_, rate) in free.items()}
-        if is_free:
-            return {"position": positions, "speed": {opened.drive: self.speed, **speeds}}
-        return {"position": positions, "speed": speeds, "motion": {opened.drive: self.speed}}
+        begun, drive = self._slides(opened.scene.mechanism, pins), opened.drive
+        free = [name for name in opened.scene.coordinates if name != drive]
+        driven = {drive: self.speed}
+        return {
+            "position": {drive: self.position, **{name: begun[name][0] for name in free}},
+            "speed": {**(driven if is_free else {}), **{name: begun[name][1] for name in free}},
+            **({} if is_free else {"motion": driven}),
+        }
 
     def _slides(self, opened: Mechanism, pins: Sequence[OpenPin]) -> dict[str, tuple[float, float]]:
         """Return positions and speeds of the slides and tilts of open joints by name.
@@ -248,8 +248,7 @@ class RigidStart:
         Those whose force is not unique begin in the middle of the clearance, at rest.
         """
         unit = np.ones(1)  # A radian.
-        ways = np.append(0.0, displacements(unit))
-        sweep = self._scene.sweep(self.position + ways, self.speed)
+        sweep = self._scene.sweep(self.position + np.append(0.0, displacements(unit)), self.speed)
         result: dict[str, tuple[float, float]] = {}
         for item in pins:
             places = self._places(sweep, opened, item)
@@ -262,23 +261,21 @@ class RigidStart:
         """Return the places `(N, k)` of a pin along its slides and tilts where walls bear it."""
         force = self._force(sweep, pin.joint, pin.reach)
         sizes = np.linalg.norm(force, axis=1)
-        parts = opened.joint(pin.joint).parts
-        result = np.zeros((len(force), len(parts) - 1))
+        *ways, turn = opened.joint(pin.joint).parts
+        result = np.zeros((len(force), len(ways)))
         if not np.all(sizes > 0.0):
             return result
-        # The wall pushes the pin back, into the middle.
-        away = -force / sizes[:, None]
         depths = np.array([_depth(pin, size) for size in sizes.tolist()])
-        offsets = away * (0.5 * pin.clearance + depths)[:, None]
-        axis, angles = parts[-1].axis, np.asarray(sweep.motion.position(pin.joint))
-        child = np.asarray(sweep.rotation(pin.joint))
-        for k in range(len(force)):
-            bush = child[k] @ _turn(axis, -float(angles[k]))
-            if pin.reach is None:
-                result[k] = [offsets[k] @ (bush @ part.axis) for part in parts[:2]]
-                continue
-            tilt = np.cross(bush @ axis, offsets[k]) / pin.reach
-            result[k, 2:] = [tilt @ (bush @ part.axis) for part in parts[2:4]]
+        # The wall pushes the pin back, into the middle.
+        offsets = -force * ((0.5 * pin.clearance + depths) / sizes)[:, None]
+        angles = np.asarray(sweep.motion.position(pin.joint)).tolist()
+        for k, child in enumerate(sweep.rotation(pin.joint)):
+            bush = child @ pinocchio.exp3(-angles[k] * turn.axis)
+            along = offsets[k]
+            if pin.reach is not None:
+                along = np.cross(bush @ turn.axis, along) / pin.reach
+            kind = "prismatic" if pin.reach is None else "revolute"
+            result[k] = [along @ (bush @ part.axis) * (part.kind == kind) for part in ways]
         return result
 
     def _force(self, sweep: Any, name: str, reach: float | None) -> Array:
@@ -315,10 +312,3 @@ def _depth(pin: OpenPin, force: float) -> float:
                 f"into the wall than {_DEEPEST:g} times the clearance; its contact is too soft"
             )
     return zero(missing, 0.0, deepest)
-
-
-def _turn(axis: Array, angle: float) -> Array:
-    """Return the rotation about a unit axis."""
-    x, y, z = axis.tolist()
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * (skew @ skew))
