@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 
     from ...core.elements.pin_contact import PinContact
 
-_PER_STEP = 8
-"""Times at which the force is looked at between two steps of a simulation."""
-
 _COURSES = (
     ("force", ("time",), ("N", "by which the wall presses the pin")),
     ("friction", ("time",), ("N", "along the wall on the pin")),
@@ -119,10 +116,18 @@ class JointContact(Result):
 
 
 def finer(times: Array) -> Array:
-    """Return times `(N,)` with others between, each step cut into parts."""
-    within = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
-    between = (times[:-1, None] + np.diff(times)[:, None] * within).ravel()
-    return np.concatenate([between, times[-1:]])
+    """Return times `(N,)` with others between, each step cut into eight parts."""
+    between = times[:-1, None] + np.diff(times)[:, None] * np.arange(8) / 8
+    return np.append(between, times[-1])
+
+
+def finely(simulation: ContactSimulation, bearing: str, first: int = 0) -> JointContact:
+    """Return what a pin did at finer times from one on, and where its impacts have corners."""
+    times = simulation.time[first:]
+    impacts = simulation[bearing].impacts
+    corners = np.ravel([(item.start, item.peak_time, item.end) for item in impacts])
+    corners = corners[(corners > times[0]) & (corners < times[-1])]
+    return simulation.at(np.union1d(finer(times), corners))[bearing]
 
 
 class ContactSimulation(Result, Mapping[str, JointContact]):

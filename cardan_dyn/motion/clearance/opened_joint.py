@@ -27,7 +27,7 @@ from ...kit.arrays import NOTHING, Array, cross
 from ...kit.checks import number
 from ...kit.errors import ModelError
 from ...kit.periodic import Fourier
-from .opened_mechanism import OpenedMechanism, across
+from .opened_mechanism import OpenedMechanism, Ways, across
 from .pin_geometry import PinGeometry, StiffnessLaw, in_series
 
 if TYPE_CHECKING:
@@ -247,12 +247,10 @@ class OpenedJoint:
         kinds = ("prismatic", "revolute") if self.is_cross else ("prismatic",)
         freedoms, closed = {}, {}
         for pin, basis in self._basis.items():
-            body, open_ = (
-                self.pins[pin].part.id,
-                {item.sign for item in self.bearings if item.pin == pin},
-            )
+            body = self.pins[pin].part.id
             freedoms[body] = [(kind, axis) for kind in kinds for axis in basis]
-            for sign in {1.0, -1.0} - open_ if self.is_cross else ():
+            signs = {item.sign for item in self.bearings if item.pin == pin}
+            for sign in {1.0, -1.0} - signs if self.is_cross else ():
                 closed[body] = self._end(pin, sign)
         return OpenedMechanism(self._mechanism, freedoms, *self._moved, closed)
 
@@ -278,8 +276,12 @@ class OpenedJoint:
         Args:
             x: `(size,)` closed coordinates of the mechanism.
         """
-        ways, frames = self._opened.ways(x), self._frames()
-        movable, along = self._movable(self._apart(ways.rates, frames))
+        ways, frames, movable, along = self._placed(x)
+        if not len(along):
+            raise ModelError(
+                f"with clearance in {self._names} alone nothing can move, since all other bearings "
+                "are tight; open both bearings of a pin, or some on each of both pins"
+            )
         if np.min(np.linalg.eigvalsh(ways.inertia), initial=np.inf) > ways.rounding:
             # Beside a great inertia, small ones stay exact here.
             matrix = along @ np.linalg.solve(ways.inertia, along.T)
@@ -301,16 +303,19 @@ class OpenedJoint:
             )
         return Mobility(axes, (heavy / inertias[~is_light]) @ heavy.T, movable, frames)
 
-    def _movable(self, apart: Array) -> tuple[Array, Array]:
-        """Return what bearings can do together `(B d, m)`, and how much of it per way `(m, f)`."""
-        left, sizes, right = np.linalg.svd(apart, full_matrices=False)
-        rank = int(np.count_nonzero(sizes > NOTHING * np.max(sizes, initial=0.0)))
-        if not rank:
-            raise ModelError(
-                f"with clearance in {self._names} alone nothing can move, since all other bearings "
-                "are tight; open both bearings of a pin, or some on each of both pins"
-            )
-        return left[:, :rank], sizes[:rank, None] * right[:rank]
+    def _placed(self, x: Array) -> tuple[Ways, Array, Array, Array]:
+        """Return how it can move, axes of bearings, and what they can do together.
+
+        That is `(B d, m)`, and how much of it per way `(m, f)`.
+        """
+        ways, frames = self._opened.ways(x), self._frames()
+        parts = []
+        for (*_, pin, sign), frame in zip(self.bearings, frames, strict=True):
+            motion = self._end(pin, sign) @ ways.rates[self._opened.added[self.pins[pin].part.id]]
+            parts.append(frame @ self._slides(pin).T @ motion)
+        left, sizes, right = np.linalg.svd(np.concatenate(parts), full_matrices=False)
+        rank = int(np.count_nonzero(sizes > NOTHING * self._length))
+        return ways, frames, left[:, :rank], sizes[:rank, None] * right[:rank]
 
     @property
     def _names(self) -> str:
@@ -332,18 +337,9 @@ class OpenedJoint:
         """Return both slides of a pin `(2, 3)` in the world, where `ways` was asked last."""
         return np.asarray(self._basis[pin] @ self._opened.rotation(self.pins[pin].part.id).T)
 
-    def _apart(self, rates: Array, frames: Array) -> Array:
-        """Return how the bearings move per way `(B d, f)` [m]."""
-        parts = []
-        for (*_, pin, sign), frame in zip(self.bearings, frames, strict=True):
-            motion = self._end(pin, sign) @ rates[self._opened.added[self.pins[pin].part.id]]
-            parts.append(frame @ self._slides(pin).T @ motion)
-        return np.concatenate(parts)
-
     def gives_way(self, x: Array) -> bool:
         """Return whether a single bush can move along both slides."""
-        apart = self._apart(self._opened.ways(x).rates, np.eye(3)[None]) / self._length
-        return bool(np.linalg.matrix_rank(apart, tol=NOTHING) == 2)
+        return self._placed(x)[2].shape[1] == 2
 
     def forces(self, sweep: Sweep, motion: Motion) -> BearingForces:
         """Return what the bearings carry, F± = f/2 ± (m × a)/(2 r), or f in a single bush.
@@ -360,11 +356,9 @@ class OpenedJoint:
             return BearingForces(force, force, what_is_open(self._solver, sweep, self.name))
         count = len(motion.rows)
         if count not in self._turns:
-            found = [self._placed(x) for x in motion.rows]
-            self._turns[count] = (
-                np.array([one for one, _ in found]),
-                np.array([p for _, p in found]),
-            )
+            found = [self._placed(x)[1:3] for x in motion.rows]
+            decided_by = [movable @ movable.T for _, movable in found]
+            self._turns[count] = np.array([one for one, _ in found]), np.array(decided_by)
         frames, projectors = self._turns[count]
         world = []
         for index, (*_, pin, sign) in enumerate(self.bearings):
@@ -379,12 +373,6 @@ class OpenedJoint:
         decided = (projectors @ local.reshape(count, -1, 1)).reshape(local.shape)
         back = np.moveaxis(frames, -1, -2)
         return BearingForces(_turned(back, decided), decided, self._open_pair(local, decided))
-
-    def _placed(self, x: Array) -> tuple[Array, Array]:
-        """Return axes of bearings, and what takes forces to that part which motion decides."""
-        ways, frames = self._opened.ways(x), self._frames()
-        movable, _ = self._movable(self._apart(ways.rates, frames))
-        return frames, movable @ movable.T
 
     def _open_pair(self, forces: Array, decided: Array) -> str:
         """Return which moment across a pin loops leave open, as the force of its pair shows."""
