@@ -24,16 +24,6 @@ if TYPE_CHECKING:
 
     from ...core.elements.pin_contact import PinContact
 
-_COURSES = (
-    ("force", ("time",), ("N", "by which the wall presses the pin")),
-    ("friction", ("time",), ("N", "along the wall on the pin")),
-    ("depth", ("time",), ("m", "of the pin in the wall, negative in the clearance")),
-    ("offset", ("time", "component"), ("m", "of the pin from the bush's axis, in the world")),
-    ("orbit", ("time", "orbit_component"), ("m", "the same as the bush sees it")),
-    ("vector", ("time", "component"), ("N", "force on the pin, in the world")),
-)
-"""What a pin does over time: dimensions, units and what it is."""
-
 
 @dataclass(frozen=True, eq=False)
 class PinImpact:
@@ -92,12 +82,15 @@ class JointContact(Result):
         """Return what the pin did over time, SI units."""
         return Table(
             [
-                variable("time", self.time, "time", told=("s", "time"), given=True),
+                variable("time", self.time, "time", given=True),
                 variable("position", self.position, "time"),
                 *(
-                    variable(name, getattr(self, name), *dims, told=told)
-                    for name, dims, told in _COURSES
+                    variable(name, getattr(self, name), "time")
+                    for name in ("force", "friction", "depth")
                 ),
+                variable("offset", self.offset, "time", "component"),
+                variable("orbit", self.orbit, "time", "orbit_component"),
+                variable("vector", self.vector, "time", "component"),
             ],
             {"time": len(self.time)},
             labels=COMPONENTS,
