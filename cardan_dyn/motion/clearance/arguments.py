@@ -1,21 +1,33 @@
-"""Arguments of scans: numbers in range, joints that have a pin, what a drive is."""
+"""Arguments of scans and simulations: numbers in range, joints that have pins, their bearings."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Set
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from cardan_dyn.analytic.impact import Start
 
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.problem.problem import Problem
-from ...core.response.identity import forces_identity
+from ...kit.arrays import Array
 from ...kit.checks import described, mapping, names, number, positive
 from ...kit.errors import ArgumentError, ModelError, choices
+from .opened_joint import Bearing, OpenedJoint, PinAxis
 from .pin_geometry import PinGeometry
 
 if TYPE_CHECKING:
+    from ...core.mechanism.mechanism import Mechanism
     from ...scene.scene import Scene
+
+Lengths = float | Mapping[str, float]
+"""One of all joints, or by name [m]."""
+Stiffnesses = float | PinGeometry | Mapping[str, float | PinGeometry]
+"""One of all contacts [N/m], or by name; a geometry decides it by the force."""
+
+_LONGEST = 1e6
+"""Ratio of a radius and the mechanism's length, either way, up to which rounding spares both."""
 
 
 def damping_ratio_of(ratio: Any) -> float:
@@ -30,8 +42,7 @@ def start_of(start: Any) -> Start:
     """Return how flights start."""
     if not isinstance(start, str) or start not in ("release", "rest"):
         raise ArgumentError(f"start is {described(start)}; it is 'release' or 'rest'")
-    checked: Start = start  # type: ignore[assignment]
-    return checked
+    return start  # type: ignore[return-value]
 
 
 def scene_of(given: Any) -> Scene:
@@ -44,84 +55,6 @@ def scene_of(given: Any) -> Scene:
             "which a response no longer has"
         )
     return given
-
-
-def clearance_of(given: Any, name: str, length: float) -> float:
-    """Return the clearance of a joint, given for all joints or by name.
-
-    Args:
-        given: of all joints or by name.
-        name: of the joint.
-        length: of the mechanism [m].
-    """
-    label, value = of_joint("clearance", given, name)
-    clearance = positive(label, value)
-    if not clearance < length:
-        raise ArgumentError(
-            f"{label} is {clearance:g} m, no less than the mechanism of {length:.3g} m; "
-            "clearances are in m"
-        )
-    return clearance
-
-
-def stiffness_of(given: Any, name: str) -> float | PinGeometry:
-    """Return the stiffness of a joint, given for all joints or by name."""
-    label, value = of_joint("stiffness", given, name)
-    return value if isinstance(value, PinGeometry) else positive(label, value)
-
-
-def of_joint(label: str, given: Any, name: str) -> tuple[str, Any]:
-    """Return what is given for a joint, and how messages call it."""
-    if not isinstance(given, Mapping):
-        return label, given
-    if name not in mapping(label, given):
-        raise ArgumentError(f"{label} has no value for joint {name!r}; it has {choices(given)}")
-    return f"{label}[{name!r}]", given[name]
-
-
-def refuse_unknown(joints: Collection[str], **given: Any) -> None:
-    """Refuse values by name of joints that a mechanism does not have.
-
-    Args:
-        joints: names of its joints.
-        given: arguments; those that are no mappings hold for all joints.
-    """
-    for label, values in given.items():
-        for name in values if isinstance(values, Mapping) else ():
-            if name not in joints:
-                raise ArgumentError(
-                    f"{label} names {described(name)}, which is no joint; {choices(joints, name)}"
-                )
-
-
-def joint_names(asked: Any) -> tuple[str, ...]:
-    """Return names of joints, each once; of a set, any order will do."""
-    found = names("joints", list(asked) if isinstance(asked, Set) else asked)
-    if len(set(found)) < len(found):
-        raise ArgumentError("joints names a joint twice")
-    return found
-
-
-def pins_of(
-    problem: Problem, asked: str | Collection[str] | None
-) -> tuple[list[str], dict[str, str]]:
-    """Return the joints that turn about one axis, and why others are left out."""
-    pins, left_out = [], {}
-    wanted = tuple(problem.mechanism.joints) if asked is None else joint_names(asked)
-    if not wanted:
-        raise ArgumentError("joints is empty; name those that have clearance")
-    for name in wanted:
-        parts = problem.mechanism.joint(name).parts
-        if len(parts) == 1 and parts[0].kind == "revolute" and name in problem.outputs:
-            pins.append(name)
-            continue
-        reason = "it has no pin: it does not turn about one axis"
-        if name not in problem.outputs:
-            reason = "it is no output of the scene"
-        if asked is not None:
-            raise ModelError(f"joint {name!r}: {reason}")
-        left_out[name] = reason
-    return pins, left_out
 
 
 def speed_of(value: Any) -> float:
@@ -151,27 +84,213 @@ def period_of(solver: ProblemSolver) -> float:
     return float(period)
 
 
-def drive_of(problem: Problem, rotor: Any) -> tuple[list[int], dict[int, float]]:
-    """Return velocity coordinates that are fixed, and those of rotors with their inertias.
+def of_joint(label: str, given: Any, name: str) -> tuple[str, Any]:
+    """Return what is given for a joint, for all joints or by name, and how messages call it."""
+    if not isinstance(given, Mapping):
+        return label, given
+    if name not in mapping(label, given):
+        raise ArgumentError(f"{label} has no value for joint {name!r}; it has {choices(given)}")
+    return f"{label}[{name!r}]", given[name]
+
+
+def clearance_of(given: Any, name: str, length: float) -> float:
+    """Return the clearance of a joint, given for all joints or by name.
 
     Args:
-        problem: with one drive.
-        rotor: inertia that turns with the drive; None if its motion is prescribed.
+        given: of all joints or by name.
+        name: of the joint.
+        length: of the mechanism [m].
     """
-    coordinates = problem.mechanism.coordinates
-    drive, held = coordinates.named[problem.independent[0]].rate, coordinates.rates_of(problem.held)
-    if rotor is None:
-        return [drive, *held], {}
-    return held, {drive: number("rotor", rotor, least=0.0)}
+    label, value = of_joint("clearance", given, name)
+    clearance = positive(label, value)
+    if not clearance < length:
+        raise ArgumentError(
+            f"{label} is {clearance:g} m, no less than the mechanism of {length:.3g} m; "
+            "clearances are in m"
+        )
+    return clearance
 
 
-def made_of(problem: Problem, rotor: Any) -> dict[str, str]:
-    """Return what the forces of a mechanism without clearance depend on, each with its hash.
-
-    Two that differ in one of these have other forces.
+def refuse_unknown(joints: Collection[str], **given: Any) -> None:
+    """Refuse values by name of joints that a mechanism does not have.
 
     Args:
-        problem: of the scene.
-        rotor: inertia that turns with the drive; None if its motion is prescribed.
+        joints: names of its joints.
+        given: arguments; those that are no mappings hold for all joints.
     """
-    return forces_identity(problem, rotor=None if rotor is None else float(rotor))
+    for label, values in given.items():
+        for name in values if isinstance(values, Mapping) else ():
+            if name not in joints:
+                raise ArgumentError(
+                    f"{label} names {described(name)}, which is no joint; {choices(joints, name)}"
+                )
+
+
+def joint_names(asked: Any) -> tuple[str, ...]:
+    """Return names of joints, each once; of a set, any order will do."""
+    found = names("joints", list(asked) if isinstance(asked, Set) else asked)
+    if not found:
+        raise ArgumentError("joints is empty; name those that have clearance")
+    if len(set(found)) < len(found):
+        raise ArgumentError("joints names a joint twice")
+    return found
+
+
+def pins_of(problem: Problem, asked: Collection[str] | None) -> tuple[list[str], dict[str, str]]:
+    """Return the joints that turn about one axis, and why others are left out."""
+    pins, left_out = [], {}
+    for name in problem.mechanism.joints if asked is None else asked:
+        joint = problem.mechanism.joint(name)
+        reason = ""
+        if name not in problem.outputs:
+            reason = "it is no output of the scene"
+        elif joint.type == "universal":
+            reason = (
+                "its cross has no mass that could strike. A scan takes it with radius=; for a "
+                "simulation, describe the cross as a link with mass between two turning joints"
+            )
+        elif len(joint.parts) > 1 or joint.parts[0].kind != "revolute":
+            reason = "it has no pin: it does not turn about one axis"
+        if reason and asked is not None:
+            raise ModelError(f"joint {name!r}: {reason}")
+        if reason:
+            left_out[name] = reason
+        else:
+            pins.append(name)
+    return pins, left_out
+
+
+def is_cross(mechanism: Mechanism, name: str) -> bool:
+    """Return whether a name is that of a universal joint, or of a link that might be a cross."""
+    if name in mechanism.joints:
+        return mechanism.joints[name].type == "universal"
+    return name in mechanism.links
+
+
+def universal_pins(mechanism: Mechanism, name: str) -> tuple[PinAxis, PinAxis]:
+    """Return both pins of a universal joint.
+
+    Args:
+        mechanism: that has it.
+        name: of a joint of type `universal`, or of the link that is the cross.
+    """
+    if name in mechanism.joints:
+        joint = mechanism.joints[name]
+        if joint.type != "universal":
+            raise ModelError(
+                f"joint {name!r} is of type {joint.type}; name a joint of type universal, or the "
+                "link that is the cross"
+            )
+        pins = [
+            PinAxis(coordinate, name, part)
+            for coordinate, part in zip(joint.coordinates, joint.parts, strict=True)
+        ]
+        return pins[0], pins[1]
+    if name not in mechanism.links:
+        raise ModelError(f"no link or joint {name!r}; {choices(mechanism.links, name)}")
+    description = mechanism.description
+    ends = {item.name: (item.parent, item.child) for item in description.joints}
+    ends.update({loop.name: (loop.predecessor, loop.successor) for loop in description.loops})
+    pins = [
+        PinAxis(joint.name, joint.name, joint.parts[0])
+        for joint in mechanism.joints.values()
+        if name in ends[joint.name] and len(joint.parts) == 1 and joint.parts[0].kind == "revolute"
+    ]
+    if len(pins) != 2:
+        raise ModelError(
+            f"link {name!r} is no cross: {len(pins)} joints that turn about one axis hold it, "
+            "not two"
+        )
+    return pins[0], pins[1]
+
+
+def opened_joints(
+    solver: ProblemSolver,
+    rotor: Any,
+    joints: str | Collection[str] | None,
+    bearings: str | Collection[str] | None,
+    clearance: Any,
+    stiffness: Any,
+    radius: Any,
+) -> tuple[dict[str, OpenedJoint], dict[str, str]]:
+    """Return the joints that are scanned, by name, and why others are left out; see `scan`."""
+    problem, mechanism = solver.problem, solver.problem.mechanism
+    wanted = None if joints is None else joint_names(joints)
+    crosses = {
+        name: universal_pins(mechanism, name)
+        for name in wanted or ()
+        if is_cross(mechanism, name) or (name not in mechanism.joints and radius is not None)
+    }
+    pins = {pin.name: pin for two in crosses.values() for pin in two}
+    for pin in pins.values():
+        if pin.joint not in problem.outputs:
+            raise ModelError(f"joint {pin.joint!r} is no output of the scene; name it there")
+    if not crosses:
+        for label, value in (("radius", radius), ("bearings", bearings)):
+            if value is not None:
+                raise ArgumentError(
+                    f"{label} belongs to universal joints; name one of type universal, or the link "
+                    "that is its cross, in joints"
+                )
+    simple = None if wanted is None else [name for name in wanted if name not in crosses]
+    found, left_out = pins_of(problem, simple)
+    refuse_unknown(
+        [*mechanism.joints, *pins], clearance=clearance, stiffness=stiffness, radius=radius
+    )
+    every = [Bearing(name, name, 0, 0.0) for name in found]
+    for two in crosses.values():
+        every += [
+            Bearing(f"{pin.name}{sign}", pin.name, index, float(f"{sign}1"))
+            for index, pin in enumerate(two)
+            for sign in "+-"
+        ]
+    if bearings is not None:
+        ends = [item.name for item in every if item.sign]
+        asked = names("bearings", list(bearings) if isinstance(bearings, Set) else bearings)
+        for name in asked:
+            if name not in ends and name not in pins:
+                raise ModelError(f"no bearing {name!r}; {choices([*pins, *ends], name)}")
+        every = [item for item in every if not item.sign or {item.name, item.of} & set(asked)]
+    length, opened = mechanism.characteristic_length, {}
+    # In the order in which they were asked for.
+    for name in wanted or found:
+        both: tuple[PinAxis, ...] = crosses.get(name) or ()
+        own = tuple(item for item in every if item.of in [name, *(pin.name for pin in both)])
+        if not own:
+            raise ArgumentError(
+                f"bearings names none of {name!r}; leave it out for all four of each joint"
+            )
+        radii = _radii(radius, own, length) if both else None
+        clearances = [clearance_of(clearance, item.of, length) for item in own]
+        laws = []
+        for item, value in zip(own, clearances, strict=True):
+            if radii is not None and not value < radii[item.pin]:
+                raise ArgumentError(
+                    f"clearance is {value:g} m, no less than the radius of {radii[item.pin]:g} m "
+                    "at which it is"
+                )
+            label, law = of_joint("stiffness", stiffness, item.of)
+            laws.append(law if isinstance(law, PinGeometry) else positive(label, law))
+        opened[name] = OpenedJoint(
+            solver, rotor, name, both, own, np.array(clearances), laws, radii
+        )
+    return opened, left_out
+
+
+def _radii(given: Any, bearings: tuple[Bearing, ...], length: float) -> Array:
+    """Return the radii of both pins of a cross, NaN of one without open bearings [m]."""
+    found, low, high = np.full(2, np.nan), length / _LONGEST, length * _LONGEST
+    for item in bearings:
+        if given is None:
+            raise ArgumentError(
+                f"radius is None; give the distance of the bearings of {item.of!r} from the centre "
+                "of the joint"
+            )
+        label, value = of_joint("radius", given, item.of)
+        found[item.pin] = positive(label, value)
+        if not low <= found[item.pin] <= high:
+            raise ArgumentError(
+                f"{label} is {found[item.pin]:g} m; in a mechanism of {length:.3g} m it lies from "
+                f"{low:.3g} to {high:.3g} m"
+            )
+    return found

@@ -11,6 +11,7 @@ from ...kit.arrays import Array
 from ...kit.checks import described
 from ...kit.errors import ArgumentError
 from .contact_simulation import ContactSimulation, finer
+from .planar_motion import SETTLED
 from .scan_results import ComparedReversal, JointScan, Scan, ScanComparison
 
 if TYPE_CHECKING:
@@ -62,13 +63,12 @@ def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
             _check_bearings(joint, simulation)
         for name, item in joint.by_bearing().items():
             _check_same(item, simulation.contact(name))
-    fine = simulation.at(finer(simulation.steps))
-    scanned = scan.by_bearing()
-    result = []
-    for name in (name for name in simulation if name in scanned):
-        course = fine[name]
-        sense = float(np.sign(scan.speed))
-        result += _of_joint(scanned[name], course.position, course.force, sense)
+    fine, scanned = simulation.at(finer(simulation.steps)), scan.by_bearing()
+    sense, result = float(np.sign(scan.speed)), []
+    for name in simulation:
+        if name in scanned:
+            course = fine[name]
+            result += _of_joint(scanned[name], course.position, course.force, sense)
     return ScanComparison(result)
 
 
@@ -82,7 +82,7 @@ def _check_bearings(joint: JointScan, simulation: ContactSimulation) -> None:
     for pin, radius in joint.radius.items():
         places = [simulation.contact(f"{pin}{side}").point_a for side in "+-"]
         reach = 0.5 * float(np.linalg.norm(places[0] - places[1]))
-        if abs(reach - radius) > _SAME * radius:
+        if not np.isclose(reach, radius, rtol=_SAME, atol=0.0):
             raise ArgumentError(
                 f"joint {pin!r}: the simulation has its bearings {reach:.6g} m from its origin, "
                 f"the scan a radius of {radius:.6g} m; give both the same"
@@ -97,12 +97,14 @@ def _check_same(joint: JointScan, contact: PinContact) -> None:
             f"joint {joint.name!r}: the simulation has the law {type(law).__name__}, the scan that "
             "of a linear contact; simulate with stiffness= and damping_ratio=, or a LinearContact"
         )
-    items = joint.reversals
-    for label, unit, simulated, scanned in (
-        ("clearance", "m", contact.clearance, list(joint.clearance.values())),
-        ("stiffness", "N/m", law.stiffness, [item.stiffness for item in items]),
-        ("damping", "N s/m", law.damping, [item.damping for item in items]),
-    ):
+    for label, unit in ("clearance", "m"), ("stiffness", "N/m"), ("damping", "N s/m"):
+        is_law = label != "clearance"
+        simulated = getattr(law if is_law else contact, label)
+        scanned = (
+            [getattr(item, label) for item in joint.reversals]
+            if is_law
+            else [*joint.clearance.values()]
+        )
         low, high = min(scanned, default=simulated), max(scanned, default=simulated)
         if not (1.0 - _SAME) * low <= simulated <= (1.0 + _SAME) * high:
             raise ArgumentError(
@@ -116,17 +118,16 @@ def _of_joint(
     scan: JointScan, position: Array, force: Array, sense: float
 ) -> list[ComparedReversal]:
     """Return the reversals of a joint beside the force `(N,)` in it at positions of the drive."""
-    period = float(scan.position[1] - scan.position[0]) * len(scan.position)
-    found = []
+    period, found = scan.period, []
+    begun, ended = sense * position[[0, -1]]
     for item in scan.reversals:
         passed = sense * (position - item.position)
         turns, within = np.floor(passed / period).astype(int), passed % period
-        begun, ended = sense * position[0], sense * position[-1]
+        starts = {turn: sense * item.position + turn * period for turn in np.unique(turns).tolist()}
         whole = [
             turn
-            for turn in range(int(np.min(turns)), int(np.max(turns)) + 1)
-            if begun < sense * item.position + turn * period - 0.25 * period
-            and sense * item.position + turn * period + item.way <= ended
+            for turn, start in starts.items()
+            if begun < start - SETTLED * period and start + item.way <= ended
         ]
         if not whole:
             raise ArgumentError(

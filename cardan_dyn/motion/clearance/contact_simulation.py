@@ -24,27 +24,6 @@ if TYPE_CHECKING:
 
     from ...core.elements.pin_contact import PinContact
 
-_SPEED, _MASS = 0.1, 1.0
-"""A touch [m/s, kg] by which laws are judged."""
-_CHAOTIC = 0.9
-"""Restitution from which on small differences grow from impact to impact."""
-_PER_STEP = 8
-"""Times at which the force is looked at between two steps of a simulation."""
-_MISSING = 0.1
-"""Missing energy, as a fraction of what a wall stores at most, that is remarked: forces go by the
-root of what is stored."""
-
-
-_COURSES = (
-    ("force", ("time",), ("N", "by which the wall presses the pin")),
-    ("friction", ("time",), ("N", "along the wall on the pin")),
-    ("depth", ("time",), ("m", "of the pin in the wall, negative in the clearance")),
-    ("offset", ("time", "component"), ("m", "of the pin from the bush's axis, in the world")),
-    ("orbit", ("time", "orbit_component"), ("m", "the same as the bush sees it")),
-    ("vector", ("time", "component"), ("N", "force on the pin, in the world")),
-)
-"""What a pin does over time: dimensions, units and what it is."""
-
 
 @dataclass(frozen=True, eq=False)
 class PinImpact:
@@ -103,12 +82,15 @@ class JointContact(Result):
         """Return what the pin did over time, SI units."""
         return Table(
             [
-                variable("time", self.time, "time", told=("s", "time"), given=True),
+                variable("time", self.time, "time", given=True),
                 variable("position", self.position, "time"),
                 *(
-                    variable(name, getattr(self, name), *dims, told=told)
-                    for name, dims, told in _COURSES
+                    variable(name, getattr(self, name), "time")
+                    for name in ("force", "friction", "depth")
                 ),
+                variable("offset", self.offset, "time", "component"),
+                variable("orbit", self.orbit, "time", "orbit_component"),
+                variable("vector", self.vector, "time", "component"),
             ],
             {"time": len(self.time)},
             labels=COMPONENTS,
@@ -127,10 +109,18 @@ class JointContact(Result):
 
 
 def finer(times: Array) -> Array:
-    """Return times `(N,)` with others between, each step cut into parts."""
-    within = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
-    between = (times[:-1, None] + np.diff(times)[:, None] * within).ravel()
-    return np.concatenate([between, times[-1:]])
+    """Return times `(N,)` with others between, each step cut into eight parts."""
+    between = times[:-1, None] + np.diff(times)[:, None] * np.arange(8) / 8
+    return np.append(between, times[-1])
+
+
+def finely(simulation: ContactSimulation, bearing: str, first: int = 0) -> JointContact:
+    """Return what a pin did at finer times from one on, and where its impacts have corners."""
+    times = simulation.time[first:]
+    impacts = simulation[bearing].impacts
+    corners = np.ravel([(item.start, item.peak_time, item.end) for item in impacts])
+    corners = corners[(corners > times[0]) & (corners < times[-1])]
+    return simulation.at(np.union1d(finer(times), corners))[bearing]
 
 
 class ContactSimulation(Result, Mapping[str, JointContact]):
@@ -183,13 +173,15 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
         notes = list(self.trajectory.notes)
         elements = self.trajectory.elements
         laws = [elements[index].law for index in self._indices.values()]  # type: ignore[attr-defined]
-        if any(law.restitution(_SPEED, _MASS) > _CHAOTIC for law in laws):
+        # By a touch of 1 kg at 0.1 m/s: from 0.9 on, small differences grow from impact to impact.
+        if any(law.restitution(0.1, 1.0) > 0.9 for law in laws):
             notes.append(
                 "hardly damped: after a few impacts no digit of a single one is left, and only "
                 "their distribution tells something"
             )
         missing, stored = self._energies
-        if missing > _MISSING * stored > 0.0:
+        # Forces go by the root of what is stored.
+        if missing > 0.1 * stored > 0.0:
             notes.append(
                 f"inaccurate: {missing:.2g} J are missing in the balance of energy, where walls "
                 f"store {stored:.2g} J at most; forces of impacts may be off: compare with a "
@@ -219,8 +211,7 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
         return trajectory, self._contacts, self.drive, self.speed, self.made_of
 
     def __getitem__(self, bearing: str) -> JointContact:
-        contact = self.contact(bearing)
-        force: Any = self.trajectory.element_force[self._indices[bearing]]
+        force: Any = self.trajectory.element_force[self._index(bearing)]
         return JointContact(
             bearing,
             self.time,
@@ -229,10 +220,17 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
             force.friction,
             force.depth,
             force.offset,
-            read_only(self._orbit(contact, force.offset)),
+            read_only(self._orbit(self.contact(bearing), force.offset)),
             force.force,
             tuple(item for item in self.impacts if item.bearing == bearing),
         )
+
+    def _index(self, bearing: str) -> int:
+        if bearing not in self._indices:
+            raise ModelError(
+                f"no joint {bearing!r} has clearance; {choices(self._indices, bearing)}"
+            )
+        return self._indices[bearing]
 
     def contact(self, bearing: str) -> PinContact:
         """Return what a pin strikes: its clearance and its law.
@@ -240,21 +238,14 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
         Raises:
             ModelError: no such joint has clearance.
         """
-        if bearing not in self._indices:
-            raise ModelError(
-                f"no joint {bearing!r} has clearance; {choices(self._indices, bearing)}"
-            )
-        return cast("PinContact", self.trajectory.elements[self._indices[bearing]])
+        return cast("PinContact", self.trajectory.elements[self._index(bearing)])
 
     def _orbit(self, contact: PinContact, offset: Array) -> Array:
         """Return offsets `(N, 3)` in the world as the bush of a contact sees them, `(N, 2)`."""
         trajectory = self.trajectory
         bush = LinkMotions(trajectory.mechanism, [contact.link_a]).at(*trajectory.states)
-        ways = np.stack(across(contact.axis_a), axis=1)
-        turned = bush[contact.link_a].rotation @ ways
-        return np.asarray(
-            np.einsum("nij,ni->nj", np.broadcast_to(turned, (len(offset), 3, 2)), offset)
-        )
+        turned = bush[contact.link_a].rotation @ np.stack(across(contact.axis_a), axis=1)
+        return np.asarray((offset[:, None] @ turned)[:, 0])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._indices)

@@ -13,7 +13,7 @@ from ...core.results.collect import motion_at
 from ...kit.arrays import NOTHING, ROUNDED, Array
 from ...kit.checks import described
 from ...kit.errors import AccuracyError, ArgumentError, IndeterminateError
-from ...kit.periodic import Fourier
+from ...kit.periodic import Fourier, highest
 from ...kit.roots import rising
 from .arguments import period_of
 from .opened_joint import BearingForces, OpenedJoint
@@ -24,30 +24,12 @@ if TYPE_CHECKING:
 
 _SAMPLES, _MOST_SAMPLES = 720, 11_520
 """Positions over a period; doubled until the forces' series ends."""
-_TAIL = 1e-6
-"""Last harmonics of a force, as a fraction of its greatest, at which the series ends."""
+_ROUGH = 1e-6
+"""Last harmonics of a force, and depth of a dip in its size, as a fraction of the greatest, that
+may be rounding: a force is exact beside the greatest of all joints alone."""
 _FLAT = 1e-4
 """Slope per radian, as a fraction of the greatest force, up to which a force that vanishes only
 touches zero: it comes back the way it went, and a ramp is not what it follows."""
-_DIP = 1e-6
-"""Depth of a dip in the size of a force, as a fraction of the greatest, that may be rounding: a
-force is exact beside the greatest of all joints alone."""
-
-
-class JointForces(NamedTuple):
-    """What joints carry over a period.
-
-    Attributes:
-        position: of the drive `(N,)` [rad].
-        bearings: joint to the forces of its open bearings.
-        courses: joint to the same as functions of the position.
-        left_out: joints whose force is indeterminate, to why.
-    """
-
-    position: Array
-    bearings: dict[str, BearingForces]
-    courses: dict[str, ForceCourse]
-    left_out: dict[str, str]
 
 
 class ForceSource:
@@ -91,13 +73,18 @@ class ForceSource:
 
     def forces(
         self, speed: float, joints: Mapping[str, OpenedJoint], *, refuse: bool
-    ) -> JointForces:
+    ) -> tuple[Array, dict[str, BearingForces], dict[str, ForceCourse], dict[str, str]]:
         """Return the forces of joints.
 
         Args:
             speed: of the drive [rad/s].
             joints: by name.
             refuse: forces that are indeterminate; else their joints are left out.
+
+        Returns:
+            Positions of the drive over a period `(N,)` [rad]; joints to the forces of their open
+            bearings there, to the same as functions of the position, and, of those that are left
+            out, to why.
         """
         count = _SAMPLES
         while True:
@@ -107,15 +94,15 @@ class ForceSource:
             if refuse and left_out:
                 name, reason = next(iter(left_out.items()))
                 raise IndeterminateError(f"joint {name!r}: {reason}")
-            found = {name: item for name, item in every.items() if not item.open_for}
+            found = {name: item for name, item in every.items() if name not in left_out}
             sizes = {name: float(np.max(np.abs(item.local))) for name, item in found.items()}
             greatest = max(sizes.values(), default=0.0)
             for name, size in sizes.items():
                 if size <= NOTHING * max(greatest, joints[name].inertia * speed**2):
                     world, local, _ = found[name]
-                    found[name] = BearingForces(np.zeros_like(world), np.zeros_like(local), "")
+                    found[name] = BearingForces(0.0 * world, 0.0 * local, "")
             courses = {name: ForceCourse(item.local, self.period) for name, item in found.items()}
-            rough = [name for name in found if courses[name].tail * sizes[name] > _TAIL * greatest]
+            rough = [name for name, course in courses.items() if course.tail > _ROUGH * greatest]
             if not rough:
                 break
             if count >= _MOST_SAMPLES:
@@ -129,7 +116,7 @@ class ForceSource:
             for name, item in found.items():
                 inertial = item.local - resting[name].local
                 courses[name] = ForceCourse(item.local, self.period, inertial)
-        return JointForces(positions, found, courses, left_out)
+        return positions, found, courses, left_out
 
     def _turn(
         self, positions: Array, speed: float, joints: Mapping[str, OpenedJoint]
@@ -167,7 +154,7 @@ class ForceCourse:
     """The force of a joint over one period of a mechanism, those of its bearings stacked.
 
     Attributes:
-        tail: last harmonics, as a fraction of the greatest of all components.
+        tail: greatest of the last harmonics of all components [N].
     """
 
     def __init__(self, forces: Array, period: float, inertial: Array | None = None) -> None:
@@ -184,7 +171,7 @@ class ForceCourse:
         self._forces = forces.reshape(count, -1)
         self._sizes = np.linalg.norm(self._each, axis=1)
         series = Fourier.of(self._forces.T, period)
-        self.tail = _tail(series)
+        self.tail = float(np.max(highest(self._forces)))
         self._local = _with_derivatives(series)
         self._inertial: Fourier | None = None
         if inertial is not None:
@@ -267,7 +254,7 @@ class ForceCourse:
 def _dips(sizes: Array) -> list[int]:
     """Return where sizes over a period are least, but for dips that may be rounding."""
     is_least = (sizes < np.roll(sizes, 1)) & (sizes <= np.roll(sizes, -1))
-    found, least = np.nonzero(is_least)[0].tolist(), _DIP * float(np.max(sizes))
+    found, least = np.nonzero(is_least)[0].tolist(), _ROUGH * float(np.max(sizes))
     if np.ptp(sizes) <= least:
         return []
     while len(found) > 1:
@@ -280,17 +267,6 @@ def _dips(sizes: Array) -> list[int]:
             break
         del found[int(np.argmin(rises))]
     return [int(index) for index in found]
-
-
-def _tail(series: Fourier) -> float:
-    """Return the greatest of the last quarter of coefficients, as a fraction of all.
-
-    Of all functions together: one that is rounding has no end.
-    """
-    sizes = np.max(np.abs(series.coefficients), axis=0)
-    greatest = float(np.max(sizes))
-    last = sizes[(3 * len(sizes)) // 4 :]
-    return float(np.max(last, initial=0.0)) / greatest if greatest > 0.0 else 0.0
 
 
 def _with_derivatives(series: Fourier) -> Fourier:

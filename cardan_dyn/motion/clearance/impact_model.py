@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -14,17 +15,12 @@ from cardan_dyn.analytic.impact import Start
 from cardan_dyn.analytic.impact import reversal as undamped
 from cardan_dyn.analytic.peak_exponents import PeakExponents, peak_exponents
 
-from ...kit.arrays import Array
+from ...kit.arrays import EPS, Array
 from ...kit.checks import positive
 from ...kit.errors import ArgumentError
 from .arguments import damping_ratio_of, start_of
 from .pin_geometry import StiffnessLaw
 
-_MOST_STEPS = 100
-_STAYS = 1e-14
-"""Change of a peak, as a fraction, at which its stiffness is found."""
-_OUTSET = 0.1
-"""Force, as a fraction of the greatest of a contact, at which steps begin."""
 _BELOW_LIMIT = 0.999
 """Fraction of the greatest force of a contact up to which steps go; beyond, there is no answer."""
 
@@ -48,76 +44,6 @@ class Estimates(NamedTuple):
     peak: Array
     rigid: Array
     added: Array
-
-
-def estimates(
-    mass: Array | float,
-    stiffness: Array | float | StiffnessLaw,
-    clearance: Array | float,
-    slope: Array | float,
-    damping_ratio: Array | float = 0.0,
-    start: Start = "release",
-) -> Estimates:
-    """Return what impacts are estimated to be; arguments broadcast.
-
-    Flight, impact and peak are those of a contact with its damping.
-
-    Args:
-        mass: reduced masses [kg].
-        stiffness: c [N/m], or a law that decides it at the peak.
-        clearance: difference 2 s of the diameters of bush and pin [m], one if there is a law.
-        slope: of the force, F₀/t₀ [N/s].
-        damping_ratio: as a fraction of critical damping with the reduced mass.
-        start: "release", as a contact that unloads lets go, or "rest".
-
-    Source:
-        Dresig and Thümmel (14) to (17), (22) to (27), (32) to (34); own derivation with damping.
-    """
-    law = stiffness
-    if not isinstance(law, StiffnessLaw):
-        return _at(mass, np.asarray(law), clearance, slope, damping_ratio, start)
-    clearance = float(np.asarray(clearance))
-    limit = law.limit(clearance)
-    most = _BELOW_LIMIT * limit
-    # Peaks depend on stiffness little, and it on them less: steps converge from any force.
-    force = np.full(np.broadcast_shapes(np.shape(mass), np.shape(slope)), _OUTSET * limit)
-    stays = np.zeros(force.shape, dtype=bool)
-    for _ in range(_MOST_STEPS):
-        at = law.stiffness(force, clearance)
-        found = _at(mass, at, clearance, slope, damping_ratio, start)
-        # Without a peak the force goes on rising, and the contact with it gets stiffer.
-        after = np.minimum(np.where(np.isnan(found.peak), 2.0 * force, found.peak), most)
-        stays = np.abs(after - force) <= _STAYS * force
-        if stays.all():
-            break
-        force = after
-    if np.any(found.peak > most):
-        raise ArgumentError(
-            f"the peak exceeds {limit:.4g} N, from which on a line contact with a clearance of "
-            f"{clearance:g} m has no stiffness; make it longer, or its seat softer"
-        )
-    # Where no force has a stiffness that stops it there, there is no peak.
-    peak, rigid, added = (np.where(stays, value, np.nan) for value in found[4:])
-    return found._replace(peak=peak, rigid=rigid, added=added)
-
-
-def _at(
-    mass: Any, stiffness: Array, clearance: Any, slope: Any, ratio: Any, start: Start
-) -> Estimates:
-    """Return estimates with a given stiffness."""
-    numbers_of = mass, stiffness, 0.5 * np.asarray(clearance), slope
-    found = undamped(*numbers_of, start=start)
-    time, speed, peak = found.t_1, found.v_1, found.peak
-    if np.any(ratio):
-        time, speed = flight(*numbers_of, ratio, start=start)
-        peak = damped_peak(*numbers_of, ratio, start=start)
-    stiffness = np.broadcast_to(stiffness, np.shape(found.tau))
-    return Estimates(stiffness, time, speed, found.tau, peak, found.rigid, found.added)
-
-
-def vars_of(model: ImpactModel) -> dict[str, Any]:
-    """Return the numbers of a model by name, as `estimates` takes them."""
-    return {field.name: getattr(model, field.name) for field in fields(model)}
 
 
 @dataclass(frozen=True)
@@ -148,6 +74,50 @@ class ImpactModel:
         object.__setattr__(self, "damping_ratio", damping_ratio_of(self.damping_ratio))
         start_of(self.start)
 
+    def of(self, **numbers: Any) -> Estimates:
+        """Return what impacts are estimated to be with other numbers, which broadcast.
+
+        Flight, impact and peak are those of a contact with its damping.
+
+        Args:
+            numbers: fields of the model by name, `(K,)` each; but one clearance where a law decides
+                the stiffness.
+
+        Raises:
+            ArgumentError: a peak is beyond what the contact has a stiffness for.
+
+        Source:
+            Dresig and Thümmel (14) to (17), (22) to (27), (32) to (34); own derivation with
+            damping.
+        """
+        given = {**vars(self), **numbers}
+        law, clearance, slope = (given[name] for name in ("stiffness", "clearance", "slope"))
+        others = clearance, slope, given["damping_ratio"], given["start"]
+        if not isinstance(law, StiffnessLaw):
+            return _at(given["mass"], law, *others)
+        limit = law.limit(clearance)
+        most = _BELOW_LIMIT * limit
+        # Peaks depend on stiffness little, and it on them less: steps converge from any force.
+        force = np.full(np.broadcast_shapes(np.shape(given["mass"]), np.shape(slope)), 0.1 * limit)
+        stays = np.zeros(force.shape, dtype=bool)
+        for _ in range(100):
+            found = _at(given["mass"], law.stiffness(force, clearance), *others)
+            # Without a peak the force goes on rising, and the contact with it gets stiffer.
+            after = np.minimum(np.where(np.isnan(found.peak), 2.0 * force, found.peak), most)
+            stays = np.abs(after - force) <= 64.0 * EPS * force
+            if stays.all():
+                break
+            force = after
+        if np.any(found.peak > most):
+            raise ArgumentError(
+                f"the peak exceeds {limit:.4g} N, from which on a line contact with a clearance of "
+                f"{clearance:g} m has no stiffness; make it longer, or its seat softer"
+            )
+        # Where no force has a stiffness that stops it there, there is no peak.
+        return found._replace(
+            **{name: np.where(stays, getattr(found, name), np.nan) for name in found._fields[4:]}
+        )
+
     @cached_property
     def estimate(self) -> Estimates:
         """What the impact is estimated to be.
@@ -155,8 +125,7 @@ class ImpactModel:
         Raises:
             ArgumentError: the peak is beyond what the contact has a stiffness for.
         """
-        found = estimates(**vars_of(self))
-        return Estimates(*(np.asarray(value)[()] for value in found))
+        return Estimates(*(np.asarray(value)[()] for value in self.of()))
 
     @cached_property
     def exponents(self) -> PeakExponents:
@@ -177,3 +146,47 @@ class ImpactModel:
             followed = plain._replace(clearance=plain.clearance - follows)
             plain = PeakExponents(*(value / (1.0 - follows) for value in followed))
         return plain
+
+
+def _at(
+    mass: Any, stiffness: Any, clearance: Any, slope: Any, ratio: Any, start: Start
+) -> Estimates:
+    """Return estimates with a given stiffness."""
+    numbers = mass, stiffness, 0.5 * np.asarray(clearance), slope
+    found = undamped(*numbers, start=start)
+    time, speed, peak = found.t_1, found.v_1, found.peak
+    if np.any(ratio):
+        time, speed = flight(*numbers, ratio, start=start)
+        peak = damped_peak(*numbers, ratio, start=start)
+    stiffness = np.broadcast_to(stiffness, np.shape(found.tau))
+    return Estimates(stiffness, time, speed, found.tau, peak, found.rigid, found.added)
+
+
+def estimate(models: Sequence[tuple[str, ImpactModel]]) -> None:
+    """Find the estimates of many models in few calls: each costs more than its arrays.
+
+    Args:
+        models: which start alike, with the names of their joints.
+    """
+    groups: dict[Any, list[ImpactModel]] = {}
+    for name, model in models:
+        # A law takes one clearance at a time.
+        law = model.stiffness if isinstance(model.stiffness, StiffnessLaw) else None
+        groups.setdefault(law and (name, law), []).append(model)
+    for key, some in groups.items():
+        varied = ["mass", "slope", "damping_ratio", *(() if key else ("stiffness", "clearance"))]
+        try:
+            with np.errstate(over="raise"):
+                values = some[0].of(
+                    **{name: np.array([getattr(model, name) for model in some]) for name in varied}
+                )
+        except FloatingPointError:
+            raise ArgumentError(
+                "clearance and stiffness are so great, or so small, that impacts overflow; "
+                "clearance is in m, stiffness in N/m"
+            ) from None
+        except ArgumentError as error:
+            raise ArgumentError(f"joint {key[0]!r}: {error}" if key else str(error)) from error
+        for place, model in enumerate(some):
+            # What the model would find itself.
+            vars(model)["estimate"] = Estimates(*(value[place] for value in values))

@@ -13,7 +13,7 @@ from ...kit.arrays import Array
 from ...kit.checks import described, positives
 from ...kit.errors import ArgumentError, choices
 from ...kit.frozen import Record
-from .impact_model import Estimates, ImpactModel, estimates, vars_of
+from .impact_model import Estimates, ImpactModel
 from .pin_geometry import StiffnessLaw
 from .row_tables import variable
 from .scan_results import FLOWN, LEAST_TAU, TURNED, ForceReversal
@@ -77,17 +77,7 @@ class Influence(Result, Record):
             "peak": ("N", "greatest force after the impact"),
             "rigid": ("N", "part of an undamped peak of the ramp"),
         }
-        names = (
-            "factor",
-            "value",
-            "tau",
-            "impact_speed",
-            "peak",
-            "rigid",
-            "added",
-            "flown",
-            "turn_through",
-        )
+        numbers = "tau", "impact_speed", "peak", "rigid", "added", "flown", "turn_through"
         return Table(
             [
                 variable(
@@ -95,9 +85,9 @@ class Influence(Result, Record):
                     getattr(self, name),
                     "factor",
                     told=told.get(name),
-                    given=name in ("factor", "value"),
+                    given=name not in numbers,
                 )
-                for name in names
+                for name in ("factor", "value", *numbers)
             ],
             {"factor": len(self.factor)},
             attributes={"parameter": self.parameter, "exponent": float(self.exponent)},
@@ -155,18 +145,16 @@ def influence(
 
 def _varied(model: ImpactModel, parameter: str, factor: Array) -> dict[str, Array]:
     """Return estimates `(N,)` for factors on a parameter."""
-    given = vars_of(model)
     name = "slope" if parameter == "speed" else parameter
-    values = given[name] * (factor**3 if parameter == "speed" else factor)
+    values = getattr(model, name) * (factor**3 if parameter == "speed" else factor)
     if name == "clearance" and isinstance(model.stiffness, StiffnessLaw):
         # A law takes one clearance at a time.
-        every = [estimates(**{**given, name: float(value)}) for value in values]
-        columns = [np.array(column) for column in zip(*every, strict=True)]
+        every = [model.of(clearance=value) for value in values.tolist()]
+        found = Estimates(*(np.array(column) for column in zip(*every, strict=True)))
     else:
-        columns = list(estimates(**{**given, name: values}))
+        found = model.of(**{name: values})
     names = ("contact_time", "tau", "impact_speed", "peak", "rigid", "added")
-    found = dict(zip(Estimates._fields, columns, strict=True))
-    return {name: np.array(np.broadcast_to(found[name], factor.shape)) for name in names}
+    return {name: np.array(np.broadcast_to(getattr(found, name), factor.shape)) for name in names}
 
 
 def _judged(

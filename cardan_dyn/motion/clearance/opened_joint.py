@@ -19,16 +19,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...core.dynamics.problem_solver import ProblemSolver
+from ...core.mechanism.joints import Part
 from ...core.mechanism.undescribed import REMEDY
 from ...core.problem.samples import Targets
 from ...core.results.collect import motion_at
-from ...kit.arrays import NOTHING, Array
+from ...kit.arrays import NOTHING, Array, cross
+from ...kit.checks import number
 from ...kit.errors import ModelError
 from ...kit.periodic import Fourier
-from .arguments import drive_of
 from .opened_mechanism import OpenedMechanism, Ways, across
 from .pin_geometry import PinGeometry, StiffnessLaw, in_series
-from .universal_joint import PinAxis, cross_places
 
 if TYPE_CHECKING:
     from ...core.results.motion import Motion
@@ -37,15 +37,27 @@ if TYPE_CHECKING:
 _PUSHED = 1e-6
 """Part of a force that motion does not decide, or that pushes what has no mass, as a fraction, that
 counts as none."""
-_MEAN_OF, _TRIED = 8, 12
-"""Positions over a period of which mean masses are taken, and at which it is tried whether a pin
-gives way."""
-_WORLD = np.eye(3)[None]
+_PARALLEL = 0.1
+"""Sine of the angle between two pins below which they make no cross."""
 
 
 def mean_positions(period: float) -> Array:
     """Return positions of the drive over a period, of which mean masses are taken [rad]."""
-    return period / _MEAN_OF * np.arange(_MEAN_OF)
+    return period * np.arange(8) / 8
+
+
+class PinAxis(NamedTuple):
+    """A pin.
+
+    Attributes:
+        name: of the joint, or `joint.coordinate` of a joint of type `universal`.
+        joint: that carries its wrench.
+        part: its turn in the mechanism's model.
+    """
+
+    name: str
+    joint: str
+    part: Part
 
 
 class Bearing(NamedTuple):
@@ -54,11 +66,13 @@ class Bearing(NamedTuple):
     Attributes:
         name: of the joint; of a cross that of the pin, with `+` or `-`: the end to which its axis
             points, or the other.
-        pin: index of the pin.
+        of: name of the pin.
+        pin: its index.
         sign: +1 or -1; 0 of a bush in which the pin stays parallel.
     """
 
     name: str
+    of: str
     pin: int
     sign: float
 
@@ -173,17 +187,23 @@ class OpenedJoint:
             radii: see above.
         """
         self._solver, self._mechanism = solver, solver.problem.mechanism
-        self._moved = drive_of(solver.problem, rotor)
+        problem, coordinates = solver.problem, self._mechanism.coordinates
+        drive = coordinates.named[problem.independent[0]].rate
+        held = coordinates.rates_of(problem.held)
+        # Velocity coordinates that are fixed, and those of rotors with their inertias.
+        self._moved: tuple[list[int], dict[int, float]] = [drive, *held], {}
+        if rotor is not None:
+            self._moved = held, {drive: number("rotor", rotor, least=0.0)}
         self._length = self._mechanism.characteristic_length
         self.name, self.is_cross = name, radii is not None
         self.pins = pins or (PinAxis(name, name, self._mechanism.joint(name).parts[0]),)
-        self.bearings = bearings or (Bearing(name, 0, 0.0),)
+        self.bearings = bearings or (Bearing(name, name, 0, 0.0),)
         self.clearances = np.full(len(self.bearings), np.nan) if clearances is None else clearances
         self.laws, self.radii = tuple(laws), radii
         of = {item.pin for item in self.bearings}
         self._basis = {pin: np.array(across(self.pins[pin].part.axis)) for pin in sorted(of)}
         # What positions alone decide, and every speed has the same.
-        self._projectors: dict[int, Array] = {}
+        self._turns: dict[int, tuple[Array, Array]] = {}
         self._means: dict[int, Mobility] = {}
 
     @cached_property
@@ -191,33 +211,47 @@ class OpenedJoint:
         return motion_at(self._solver, Targets.of_positions(np.zeros((1, 1))))
 
     @cached_property
-    def _ends(self) -> dict[tuple[int, float], Array]:
-        """How the ends of pins move `(2, k)` with their two slides, and two tilts of a cross."""
+    def _offsets(self) -> Array:
+        """From the origin of each pin's joint to its centre in a cross, along the axis `(2,)` [m].
+
+        Where the axes do not meet, the centres are the feet of their common normal.
+        """
         if self.radii is None:
-            return {}
-        offsets = cross_places(self._start, self.pins).offsets
-        places = {
-            (pin, sign): float(offsets[pin] + sign * self.radii[pin])
-            for pin in self._basis
-            for sign in (1.0, -1.0)
-        }
-        return {
-            end: np.array([[1.0, 0.0, 0.0, at], [0.0, 1.0, -at, 0.0]]) for end, at in places.items()
-        }
+            return np.zeros(1)
+        closed = OpenedMechanism(self._mechanism, {}, *self._moved)
+        closed.ways(self._start.rows[0])
+        (first, second), skew = self._axes(closed)
+        origins = [closed.centre(pin.part) for pin in self.pins]
+        between, skew = origins[1] - origins[0], skew / (skew @ skew)
+        # Of the lines o₁ + d₁ a₁ and o₂ + d₂ a₂ the points nearest to each other.
+        return np.array([np.cross(between, second) @ skew, np.cross(between, first) @ skew])
+
+    def _axes(self, opened: OpenedMechanism) -> tuple[list[Array], Array]:
+        """Return the axes of both pins of a cross in the world, and their cross product."""
+        first, second = axes = [opened.axis(pin.part) for pin in self.pins]
+        normal = cross(first, second)
+        if np.sqrt(normal @ normal) < _PARALLEL:
+            names = " and ".join(repr(pin.name) for pin in self.pins)
+            raise ModelError(f"{names} are parallel, and make no cross")
+        return axes, normal
+
+    def _end(self, pin: int, sign: float) -> Array:
+        """Return how a bearing moves `(2, k)` with the two slides, and two tilts of a cross."""
+        if self.radii is None:
+            return np.eye(2)
+        at = self._offsets[pin] + sign * self.radii[pin]
+        return np.array([[1.0, 0.0, 0.0, at], [0.0, 1.0, -at, 0.0]])
 
     @cached_property
     def _opened(self) -> OpenedMechanism:
-        is_open = {(item.pin, item.sign) for item in self.bearings}
-        closed = {
-            self.pins[end[0]].part.id: rows
-            for end, rows in self._ends.items()
-            if end not in is_open
-        }
         kinds = ("prismatic", "revolute") if self.is_cross else ("prismatic",)
-        freedoms = {
-            self.pins[pin].part.id: [(kind, axis) for kind in kinds for axis in basis]
-            for pin, basis in self._basis.items()
-        }
+        freedoms, closed = {}, {}
+        for pin, basis in self._basis.items():
+            body = self.pins[pin].part.id
+            freedoms[body] = [(kind, axis) for kind in kinds for axis in basis]
+            signs = {item.sign for item in self.bearings if item.pin == pin}
+            for sign in {1.0, -1.0} - signs if self.is_cross else ():
+                closed[body] = self._end(pin, sign)
         return OpenedMechanism(self._mechanism, freedoms, *self._moved, closed)
 
     @cached_property
@@ -242,12 +276,16 @@ class OpenedJoint:
         Args:
             x: `(size,)` closed coordinates of the mechanism.
         """
-        ways = self._opened.ways(x)
-        movable, along = self._movable(ways)
+        ways, frames, movable, along = self._placed(x)
+        if not len(along):
+            raise ModelError(
+                f"with clearance in {self._names} alone nothing can move, since all other bearings "
+                "are tight; open both bearings of a pin, or some on each of both pins"
+            )
         if np.min(np.linalg.eigvalsh(ways.inertia), initial=np.inf) > ways.rounding:
             # Beside a great inertia, small ones stay exact here.
             matrix = along @ np.linalg.solve(ways.inertia, along.T)
-            return Mobility(movable.T, matrix, movable, self._frames())
+            return Mobility(movable.T, matrix, movable, frames)
         if not self.is_cross:
             raise ModelError(
                 f"joint {self.name!r}: where it is open, something without mass is free to move; "
@@ -263,51 +301,45 @@ class OpenedJoint:
                 f"{self._names}: what would move there has no mass; give the links on both sides a "
                 "mass"
             )
-        return Mobility(axes, (heavy / inertias[~is_light]) @ heavy.T, movable, self._frames())
+        return Mobility(axes, (heavy / inertias[~is_light]) @ heavy.T, movable, frames)
 
-    def _movable(self, ways: Ways) -> tuple[Array, Array]:
-        """Return what bearings can do together `(B d, m)`, and how much of it per way `(m, f)`."""
-        if not self.is_cross:
-            part = self.pins[0].part
-            slides = self._basis[0] @ self._opened.rotation(part.id).T
-            return slides.T, ways.rates[self._opened.added[part.id]]
-        left, sizes, right = np.linalg.svd(self._apart(ways), full_matrices=False)
-        rank = int(np.count_nonzero(sizes > NOTHING * np.max(sizes, initial=0.0)))
-        if not rank:
-            raise ModelError(
-                f"with clearance in {self._names} alone nothing can move, since all other bearings "
-                "are tight; open both bearings of a pin, or some on each of both pins"
-            )
-        return left[:, :rank], sizes[:rank, None] * right[:rank]
+    def _placed(self, x: Array) -> tuple[Ways, Array, Array, Array]:
+        """Return how it can move, axes of bearings, and what they can do together.
+
+        That is `(B d, m)`, and how much of it per way `(m, f)`.
+        """
+        ways, frames = self._opened.ways(x), self._frames()
+        parts = []
+        for (*_, pin, sign), frame in zip(self.bearings, frames, strict=True):
+            motion = self._end(pin, sign) @ ways.rates[self._opened.added[self.pins[pin].part.id]]
+            parts.append(frame @ self._slides(pin).T @ motion)
+        left, sizes, right = np.linalg.svd(np.concatenate(parts), full_matrices=False)
+        rank = int(np.count_nonzero(sizes > NOTHING * self._length))
+        return ways, frames, left[:, :rank], sizes[:rank, None] * right[:rank]
 
     @property
     def _names(self) -> str:
         return ", ".join(item.name for item in self.bearings)
 
     def _frames(self) -> Array:
-        """Return the axes of each bearing in the world `(B, d, 3)`, where `ways` was asked last."""
-        if not self.is_cross:
-            return _WORLD
-        (a, b, c), (d, e, f) = axes = [self._opened.axis(pin.part).tolist() for pin in self.pins]
-        normal = np.array([b * f - c * e, c * d - a * f, a * e - b * d])
-        n, o, p = (normal / np.sqrt(normal @ normal)).tolist()
-        sides = [(o * z - p * y, p * x - n * z, n * y - o * x) for x, y, z in axes]
-        return np.array([[sides[item.pin], (n, o, p)] for item in self.bearings])
+        """Return the axes of each bearing in the world `(B, d, 3)`, where `ways` was asked last.
 
-    def _apart(self, ways: Ways) -> Array:
-        """Return how the bearings of a cross move per way `(B d, f)` [m]."""
-        parts = []
-        for bearing, frame in zip(self.bearings, self._frames(), strict=True):
-            body = self.pins[bearing.pin].part.id
-            slides = self._basis[bearing.pin] @ self._opened.rotation(body).T
-            motion = self._ends[bearing.pin, bearing.sign] @ ways.rates[self._opened.added[body]]
-            parts.append(frame @ slides.T @ motion)
-        return np.concatenate(parts)
+        Of a cross t across the pin and the normal, and n along the normal, along which it passes
+        its moment on; both are fixed in it.
+        """
+        if not self.is_cross:
+            return np.eye(3)[None]
+        axes, normal = self._axes(self._opened)
+        normal = normal / np.sqrt(normal @ normal)
+        return np.array([(cross(normal, axes[item.pin]), normal) for item in self.bearings])
+
+    def _slides(self, pin: int) -> Array:
+        """Return both slides of a pin `(2, 3)` in the world, where `ways` was asked last."""
+        return np.asarray(self._basis[pin] @ self._opened.rotation(self.pins[pin].part.id).T)
 
     def gives_way(self, x: Array) -> bool:
         """Return whether a single bush can move along both slides."""
-        apart = self._opened.ways(x).rates[self._opened.added[self.pins[0].part.id]] / self._length
-        return bool(np.linalg.matrix_rank(apart, tol=NOTHING) == 2)
+        return self._placed(x)[2].shape[1] == 2
 
     def forces(self, sweep: Sweep, motion: Motion) -> BearingForces:
         """Return what the bearings carry, F± = f/2 ± (m × a)/(2 r), or f in a single bush.
@@ -322,29 +354,25 @@ class OpenedJoint:
         if self.radii is None:
             force = across_pin(sweep, motion, self.name)[:, None]
             return BearingForces(force, force, what_is_open(self._solver, sweep, self.name))
-        places = cross_places(motion, self.pins)
+        count = len(motion.rows)
+        if count not in self._turns:
+            found = [self._placed(x)[1:3] for x in motion.rows]
+            decided_by = [movable @ movable.T for _, movable in found]
+            self._turns[count] = np.array([one for one, _ in found]), np.array(decided_by)
+        frames, projectors = self._turns[count]
         world = []
-        for _, pin, sign in self.bearings:
-            axis, joint = places.axes[pin], self.pins[pin].joint
+        for index, (*_, pin, sign) in enumerate(self.bearings):
+            axis, joint = np.cross(frames[:, index, 0], frames[:, index, 1]), self.pins[pin].joint
             rotation = motion.joint_placement(joint)[0]
             wrench = sweep[joint]
             force, moment = (_turned(rotation, part) for part in (wrench.force, wrench.moment))
-            moment = moment - places.offsets[pin] * np.cross(axis, force)
+            moment = moment - self._offsets[pin] * np.cross(axis, force)
             pair = np.cross(moment, axis) / (2.0 * self.radii[pin])
             world.append(0.5 * force + sign * pair)
-        frames = np.moveaxis(places.frames[[item.pin for item in self.bearings]], 0, 1)
         local = _turned(frames, np.stack(world, axis=1))
-        count = len(local)
-        if count not in self._projectors:
-            self._projectors[count] = np.array([self._projector(x) for x in motion.rows])
-        decided = (self._projectors[count] @ local.reshape(count, -1, 1)).reshape(local.shape)
+        decided = (projectors @ local.reshape(count, -1, 1)).reshape(local.shape)
         back = np.moveaxis(frames, -1, -2)
         return BearingForces(_turned(back, decided), decided, self._open_pair(local, decided))
-
-    def _projector(self, x: Array) -> Array:
-        """Return what takes forces `(B d,)` to that part of them which motion decides."""
-        movable, _ = self._movable(self._opened.ways(x))
-        return np.asarray(movable @ movable.T)
 
     def _open_pair(self, forces: Array, decided: Array) -> str:
         """Return which moment across a pin loops leave open, as the force of its pair shows."""
@@ -441,7 +469,7 @@ class OpenedJoint:
             period: of the drive [rad].
         """
         count, opened = len(states), self._opened
-        body, slides = self.pins[0].part.id, []
+        body, slides = self.pins[0].part.id, np.empty((count, 2, 3))
         mass, ways = np.empty((count, 2, 2)), np.empty((count, opened.size, 2))
         for k, x in enumerate(states):
             found = opened.ways(x)
@@ -450,7 +478,7 @@ class OpenedJoint:
                 raise ModelError(f"joint {self.name!r} does not move in both ways across its axis")
             turned = np.linalg.inv(apart)
             ways[k], mass[k] = found.rates @ turned, turned.T @ found.inertia @ turned
-            slides.append(self._basis[0] @ opened.rotation(body).T)
+            slides[k] = self._slides(0)
         changes = Fourier.of(ways.reshape(count, -1).T, period).derivative()
         moved = changes(period / count * np.arange(count)).T.reshape(ways.shape)
         along = opened.velocity(velocities)
@@ -460,8 +488,7 @@ class OpenedJoint:
                 for x, v, way, change in zip(states, along, ways, moved, strict=True)
             ]
         )
-        beside = np.einsum("nki,ni->nk", np.array(slides), force)
-        return Plane(np.linalg.inv(mass), gyration, beside, period)
+        return Plane(np.linalg.inv(mass), gyration, _turned(slides, force), period)
 
 
 def _turned(rotations: Array, vectors: Array) -> Array:
@@ -505,7 +532,7 @@ def what_is_open(solver: ProblemSolver, sweep: Sweep, name: str) -> str:
     if not np.any(is_open):
         return ""
     if np.count_nonzero(axis > NOTHING) > 1:
-        chosen = np.linspace(0, len(sweep) - 1, min(len(sweep), _TRIED)).astype(int)
+        chosen = np.linspace(0, len(sweep) - 1, min(len(sweep), 12)).astype(int)
         motion = motion_at(solver, Targets.of_positions(np.asarray(sweep.position)[chosen, None]))
         joint = OpenedJoint(solver, None, name)
         if all(joint.gives_way(x) for x in motion.rows):

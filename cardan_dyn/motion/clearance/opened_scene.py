@@ -23,7 +23,6 @@ from .opened_mechanism import OpenedMechanism
 
 if TYPE_CHECKING:
     from ...core.description.description import Description
-    from ...core.mechanism.configuration import Configuration
 
 
 class OpenPin(NamedTuple):
@@ -76,61 +75,49 @@ def opened(scene: Scene, pins: Sequence[OpenPin], rotor: float = 0.0) -> Opened:
     """
     types = {item.joint: item.type for item in pins}
     source = scene.mechanism.description
-    coupled = {
-        name for item in source.couplings for name in (item.predecessor, item.successor)
-    }.intersection(types)
-    if coupled:
-        raise ModelError(f"joint {min(coupled)!r} cannot have clearance: a coupling depends on it")
-    curved = [item.name for item in source.couplings if item.higher]
-    if curved:
-        raise ModelError(
-            f"coupling {curved[0]!r} has a ratio that changes, beside which no joint opens; "
-            "leave it out, or hold its joints"
-        )
-    if rotor:
-        source = _with_rotor(source, scene.drives[0], rotor)
-    description = source.with_types(types)
-    cardan = scene.mechanism.coordinates.cardan
-    mechanism = Mechanism(description).variant(cardan=cardan)
-    configuration = scene.configuration()
-    x = _coordinates(configuration, mechanism, types)
-    drive = _renamed(scene.drives[0], types)
-    held = {_renamed(name, types): value for name, value in scene.held.items()}
-    free = _free_coordinates(mechanism, x, [drive, *held], list(types))
+    for item in source.couplings:
+        if coupled := {item.predecessor, item.successor}.intersection(types):
+            raise ModelError(
+                f"joint {min(coupled)!r} cannot have clearance: a coupling depends on it"
+            )
+        if item.higher:
+            raise ModelError(
+                f"coupling {item.name!r} has a ratio that changes, beside which no joint opens; "
+                "leave it out, or hold its joints"
+            )
+
+    def renamed(name: str) -> str:
+        return f"{name}.turn" if name in types else name
+
+    def of_opened(element: Any) -> Any:
+        names = [name for name in element.joints if name in types]
+        return replace(element, joint=renamed(names[0])) if names else element
+
+    description = _with_rotor(source, scene.drives[0], rotor) if rotor else source
+    mechanism = Mechanism(description.with_types(types))
+    mechanism = mechanism.variant(cardan=scene.mechanism.coordinates.cardan)
     contacts: dict[str, tuple[int, ...]] = {}
-    elements = [_renamed_element(item, types) for item in scene.elements]
-    for item in pins:
-        added = _contacts(source, item)
-        contacts[item.joint] = tuple(range(len(elements), len(elements) + len(added)))
+    elements = [of_opened(item) for item in scene.elements]
+    for pin in pins:
+        added = _contacts(source, pin)
+        contacts[pin.joint] = tuple(range(len(elements), len(elements) + len(added)))
         elements += added
-    positions = configuration.positions
     start: dict[str, Any] = {
         name: np.append(np.zeros(mechanism.joint(name).nv - 1), value) if name in types else value
-        for name, value in positions.items()
+        for name, value in scene.configuration().positions.items()
     }
+    drive = renamed(scene.drives[0])
     result = Scene(
         mechanism,
         drive=drive,
-        free=free,
-        held=held,
-        loads={_renamed(name, types): value for name, value in scene.loads.items()},
+        free=_free_coordinates(scene, mechanism, list(types)),
+        held={renamed(name): value for name, value in scene.held.items()},
+        loads={renamed(name): value for name, value in scene.loads.items()},
         gravity=scene.gravity,
         near=start,
         elements=elements,
     )
     return Opened(result, drive, contacts)
-
-
-def _renamed(name: str, types: Mapping[str, str]) -> str:
-    """Return the name of a coordinate once joints are open."""
-    return f"{name}.turn" if name in types else name
-
-
-def _renamed_element(element: Any, types: Mapping[str, str]) -> Any:
-    """Return an element whose joint may be open now."""
-    if any(name in types for name in element.joints):
-        return replace(element, joint=_renamed(element.joint, types))
-    return element
 
 
 def _with_rotor(description: Description, drive: str, inertia: float) -> Description:
@@ -146,36 +133,34 @@ def _with_rotor(description: Description, drive: str, inertia: float) -> Descrip
     return replace(description, joints=joints, source=None)
 
 
-def _coordinates(closed: Configuration, mechanism: Mechanism, types: Mapping[str, str]) -> Array:
-    """Return the closed coordinates of the opened mechanism with the pins in the middle."""
-    x = np.zeros(mechanism.coordinates.size)
-    for name, columns in mechanism.coordinates.columns.items():
-        own = closed.mechanism.coordinates.columns[name]
-        if name in types:
-            x[columns.stop - 1] = closed.x[own.start]
-        else:
-            x[columns] = closed.x[own]
-    return x
-
-
-def _free_coordinates(
-    mechanism: Mechanism, x: Array, fixed: Sequence[str], joints: Sequence[str]
-) -> list[str]:
+def _free_coordinates(scene: Scene, mechanism: Mechanism, joints: Sequence[str]) -> list[str]:
     """Return coordinates of open joints that decide how the pins move."""
-    coordinates = mechanism.coordinates
-    scale = np.where(coordinates.rate_scale != 1.0, mechanism.characteristic_length, 1.0)
-    opened = OpenedMechanism(mechanism, {}, coordinates.rates_of(fixed), {})
-    ways = opened.ways(x).rates / scale[:, None]
-    names = [name for joint in joints for name in mechanism.joint(joint).coordinates[:-1]]
-    chosen = _independent(ways[[coordinates.named[name].rate for name in names]])
-    for joint in joints:
-        own = mechanism.joint(joint).coordinates[:-1]
-        if np.linalg.norm(ways[[coordinates.named[name].rate for name in own]]) < NOTHING:
+    closed, coordinates = scene.mechanism, scene.mechanism.coordinates
+    freedoms = {
+        closed.joint(joint).parts[0].id: mechanism.joint(joint).parts[:-1] for joint in joints
+    }
+    opened = OpenedMechanism(
+        closed,
+        {body: [(part.kind, part.axis) for part in parts] for body, parts in freedoms.items()},
+        coordinates.rates_of([scene.drives[0], *scene.held]),
+        {},
+    )
+    rates = opened.ways(scene.configuration().x).rates
+    names: list[str] = []
+    rows: list[Array] = []
+    for joint, (body, parts) in zip(joints, freedoms.items(), strict=True):
+        slides = np.array([part.kind == "prismatic" for part in parts])
+        scale = np.where(slides, closed.characteristic_length, 1.0)
+        own = rates[opened.added[body]] / scale[:, None]
+        if np.linalg.norm(own) < NOTHING:
             raise ModelError(
                 f"the other joints hold the pin of joint {joint!r}, whatever clearance it has; a "
                 "joint whose pin has two bearings opens with radius={name: distance}"
             )
-    if len(chosen) < ways.shape[1]:
+        names += mechanism.joint(joint).coordinates[:-1]
+        rows.append(own)
+    chosen = _independent(np.concatenate(rows))
+    if len(chosen) < rates.shape[1]:
         raise ModelError(
             f"with {choices(joints)} open, more than these pins can move; decide the motion of "
             "the rest first, by joints or held positions"
@@ -202,10 +187,7 @@ def _contacts(description: Description, pin: OpenPin) -> list[PinContact]:
     link_a, in_bush, link_b, in_pin, axis = _sides(description, pin.joint)
     places = [(0.0, pin.joint)]
     if pin.reach is not None:
-        places = [
-            (pin.reach, f"{pin.joint}+"),
-            (-pin.reach, f"{pin.joint}-"),
-        ]
+        places = [(pin.reach, f"{pin.joint}+"), (-pin.reach, f"{pin.joint}-")]
     return [
         PinContact(
             link_a,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -22,28 +21,8 @@ _WIDE = 0.5
 half-spaces to each other any more."""
 
 
-class StiffnessLaw(ABC):
-    """A stiffness that depends on the force, and with the same power inversely on the clearance."""
-
-    @abstractmethod
-    def limit(self, clearance: float) -> float:
-        """Return the force from which on there is no stiffness [N]."""
-
-    @abstractmethod
-    def stiffness(self, force: Array, clearance: float) -> Array:
-        """Return the stiffness at forces [N/m]."""
-
-    @abstractmethod
-    def hardening(self, force: Array, clearance: float) -> Array:
-        """Return by which power of the force the stiffness grows, d ln c / d ln F."""
-
-    @abstractmethod
-    def doubts(self, force: float, clearance: float) -> tuple[str, ...]:
-        """Return what speaks against the stiffness at a force."""
-
-
 @dataclass(frozen=True)
-class PinGeometry(StiffnessLaw):
+class PinGeometry:
     """A pin in its bush, as a stiffness that depends on the force.
 
     Line contact of two cylinders, and in series with it what pin and seat give way. The contact
@@ -158,7 +137,7 @@ class PinGeometry(StiffnessLaw):
 
 
 @dataclass(frozen=True)
-class InSeries(StiffnessLaw):
+class InSeries:
     """The contacts of several bearings as one, in which the greatest of their forces acts.
 
     Attributes:
@@ -190,14 +169,11 @@ class InSeries(StiffnessLaw):
         """Return what each gives way, those of numbers together first [m/N]."""
         numbers = zip(self.laws, self.shares, strict=True)
         fixed = sum(s**2 / law for law, s in numbers if not isinstance(law, PinGeometry))
-        most = max(self.shares)
-        return [
-            np.asarray(fixed),
-            *(
-                (most * share) ** 2 / law.stiffness(share * force, part * clearance)
-                for law, share, part in self._geometries
-            ),
-        ]
+        found = [np.asarray(fixed)]
+        for law, share, part in self._geometries:
+            carried = max(self.shares) * share
+            found.append(carried**2 / law.stiffness(share * force, part * clearance))
+        return found
 
     def stiffness(self, force: Array, clearance: float) -> Array:
         """Return the stiffness at forces [N/m]."""
@@ -216,6 +192,10 @@ class InSeries(StiffnessLaw):
         """Return what speaks against the stiffness at a force, of any of them."""
         every = (law.doubts(s * force, part * clearance) for law, s, part in self._geometries)
         return tuple(dict.fromkeys(doubt for doubts in every for doubt in doubts))
+
+
+StiffnessLaw = PinGeometry | InSeries
+"""A stiffness that depends on the force, and with the same power inversely on the clearance."""
 
 
 def in_series(

@@ -8,18 +8,19 @@ without clearance as that force turns, with the masses that the opened mechanism
 
 linear in the offset e, which is small beside the mechanism. Own derivation: C = dM/dφ and a
 gyroscopic part, from the velocities that the closure equations leave and their change along the
-motion without clearance.
+motion without clearance. Vectors of the plane are complex numbers.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import cached_property
+from functools import cache, cached_property
+from operator import mul
 from typing import NamedTuple
 
 import numpy as np
 
+from ...core.elements.contact_laws import LinearContact
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
 from ...kit.extremes import turns
@@ -28,60 +29,24 @@ from ...kit.roots import zero
 from .forces import ForceCourse, ForceSource
 from .opened_joint import OpenedJoint, Plane
 
-_GRID = 4096
-"""Places over a period between which coefficients are linear."""
+_PLACES, _GRID = 240, 4096
+"""Positions over a period at which masses are asked for, and finer ones between which they are
+linear."""
 _RTOL = 1e-5
-_DEFLECTIONS = 10.0
-"""Greatest deflections of the wall that a tolerance is meant for, if the clearance is more."""
-_SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
-_MOST_STEPS = 60_000
-"""Of one joint: some seconds."""
-_LOOKED_AT = (0.25, 0.5, 0.75)
-"""Parts of a step of a flight at which a touch is looked for."""
-_PLACES = 240
-"""Positions over a period at which masses are asked for; their series goes on between."""
-_PERIODS = 12.25
+_MOST_SWINGS = 5000
+"""Swings of the contact that a pin is followed for at most, 12 steps each: some seconds."""
+_TURNS = 12
 """That a pin is followed: it never forgets how it slid, and no two turns are alike."""
-_STEPS = 12.0
-"""In a swing of the contact, at least."""
-_SETTLED = 0.25
-"""Of a period, after which reversals count, as in comparisons with simulations."""
+SETTLED = 0.25
+"""Of a period, after which reversals count: what has moved for less tells of how it began."""
 _MODEL, _PER_OFFSET = 0.03, 20.0
 """By which forces of whole mechanisms lie around those of the pin in its plane, as a fraction, and
 how much more per offset of the pin as a fraction of the mechanism's length: found by 483 reversals
 of random linkages, three of which lay outside."""
-_LOOSE = 0.1
-"""Uncertainty of the plane, as a fraction, that is remarked."""
 _TOO_STIFF = (
     "so stiff a contact swings too often in a turn for its pin to be followed in the plane, and so "
     "no interval is known: verify"
 )
-
-
-class PinContactNumbers(NamedTuple):
-    """What a pin touches.
-
-    Attributes:
-        clearance: difference 2 s of the diameters of bush and pin [m].
-        stiffness: c [N/m].
-        damping: d [N s/m].
-    """
-
-    clearance: float
-    stiffness: float
-    damping: float
-
-
-class Landing(NamedTuple):
-    """A touch that ends a flight.
-
-    Attributes:
-        time: [s].
-        speed: at which the pin strikes the wall [m/s].
-    """
-
-    time: float
-    speed: float
 
 
 class PlanarMotion(NamedTuple):
@@ -91,14 +56,14 @@ class PlanarMotion(NamedTuple):
         time: `(K,)` ends of steps, both before and after what jumps there [s].
         pressure: `(K,)` force of the wall [N].
         rate: `(K,)` of that [N/s].
-        touches: that ended flights.
+        touches: that ended flights: time [s], and speed at which the pin struck the wall [m/s].
         end: until when it was followed [s].
     """
 
     time: Array
     pressure: Array
     rate: Array
-    touches: tuple[Landing, ...]
+    touches: list[tuple[float, float]]
     end: float
 
     def greatest(self, start: float, end: float) -> tuple[float, float]:
@@ -111,281 +76,199 @@ class PlanarMotion(NamedTuple):
         return float(force[best]), float(when[best])
 
 
+class _State(NamedTuple):
+    """Where a pin is [m], its rates [m/s, m/s²], when [s], and whether the wall presses it."""
+
+    time: float
+    z: complex
+    v: complex
+    slope: complex
+    is_pressed: bool
+
+
 class PlanarModel:
     """The equations of one pin at one speed of the drive."""
 
-    def __init__(self, plane: Plane, contact: PinContactNumbers, speed: float) -> None:
+    def __init__(self, plane: Plane, clearance: float, law: LinearContact, speed: float) -> None:
         """Tabulate what the equations need.
 
         Args:
             plane: of the pin.
-            contact: what it touches.
+            clearance: difference 2 s of the diameters of bush and pin [m].
+            law: of the contact.
             speed: of the drive [rad/s].
         """
-        self.contact, self._speed = contact, speed
+        self._half, self._law = 0.5 * clearance, law
         self._duration = plane.period / abs(speed)
-        free = -np.einsum("nij,nj->ni", plane.mobility, plane.force)
-        drag = -speed * np.einsum("nij,njk->nik", plane.mobility, plane.gyration)
-        w = plane.mobility
-        columns = np.column_stack(
-            [free, drag.reshape(-1, 4), w[:, 0, 0], w[:, 0, 1], w[:, 1, 1], plane.force]
-        )
-        fine = resampled(columns, _GRID)
-        if speed < 0.0:
-            fine = np.roll(fine[::-1], 1, axis=0)
-        self._force = fine[:, 9:]
-        self._table = [tuple(row) for row in fine[:, :9].tolist()]
+        units, w = np.array([1.0, 1.0j]), plane.mobility
+        free = -np.einsum("nij,nj->ni", w, plane.force)
+
+        def fine(values: Array) -> Array:
+            """Return vectors, or what matrices make of the unit vectors, at the places."""
+            found = resampled(values.reshape(len(values), -1), _GRID)
+            if speed < 0.0:
+                found = np.roll(found[::-1], 1, axis=0)
+            return units @ found.reshape(_GRID, 2, -1)
+
+        self._force = fine(plane.force)[:, 0]
+        columns = np.hstack([fine(free), fine(-speed * w @ plane.gyration), fine(w)])
+        rises = np.roll(columns, -1, axis=0) - columns
+        self._table = list(zip(columns.tolist(), rises.tolist(), strict=True))
         self._per_time = _GRID / self._duration
+        _, force = self.greatest
+        deepest = force / law.stiffness
+        # What a step may miss: of the clearance, or of the wall's deflection, and of the speeds.
+        place = min(self._half, 10.0 * deepest)
+        lightest = float(np.max(np.trace(resampled(w, _GRID), axis1=1, axis2=2)))
+        self._atol = _RTOL * place, _RTOL * math.sqrt(place * force * lightest)
 
-    def begun(self, time: float) -> tuple[float, ...]:
-        """Return the state of a pin that the force presses into its wall at a time, riding on."""
-        step = 1.0 / self._per_time
-        at = [self._seat(time + k * step) for k in (-1, 0, 1)]
-        rates = (at[2] - at[0]) / (2.0 * step)
-        return (*at[1].tolist(), *rates.tolist())
-
-    def _seat(self, time: float) -> Array:
-        force = self._force[round(time * self._per_time) % _GRID]
-        size = float(np.hypot(*force))
-        return np.asarray(
-            -force / size * (0.5 * self.contact.clearance + size / self.contact.stiffness)
-        )
+    def seat(self, time: float) -> complex:
+        """Return where the force presses a pin into its wall at a time."""
+        force = complex(self._force[round(time * self._per_time) % _GRID])
+        size = abs(force)
+        return -force / size * (self._half + size / self._law.stiffness)
 
     @property
     def greatest(self) -> tuple[float, float]:
         """When the force without clearance is greatest [s], and how great it is [N]."""
-        sizes = np.hypot(*self._force.T)
+        sizes = np.abs(self._force)
         index = int(np.argmax(sizes))
         return index / self._per_time, float(sizes[index])
 
-    def _rates(self) -> Callable[..., tuple[float, float]]:
-        """Return the accelerations as a function of time and state, free or pressed."""
-        table, per_time, count = self._table, self._per_time, _GRID
-        half = 0.5 * self.contact.clearance
-        c, d = self.contact.stiffness, self.contact.damping
+    def _wall(self, z: complex, v: complex) -> tuple[float, float, float]:
+        """Return what is positive where the wall presses [m], its force, and the speed outward."""
+        r = abs(z)
+        depth, out = r - self._half, (z.conjugate() * v).real / r if r else 0.0
+        pressure = self._law.stiffness * depth + self._law.damping * out
+        return min(depth, pressure / self._law.stiffness), pressure, out
 
-        def acceleration(
-            t: float, x: float, y: float, u: float, v: float, pressed: bool
-        ) -> tuple[float, float]:
-            place = t * per_time
-            index = int(place)
-            part = place - index
-            index %= count
-            g1, g2, d11, d12, d21, d22, w11, w12, w22 = table[index]
-            h1, h2, e11, e12, e21, e22, z11, z12, z22 = table[(index + 1) % count]
-            a = g1 + part * (h1 - g1) + (d11 + part * (e11 - d11)) * u
-            a += (d12 + part * (e12 - d12)) * v
-            b = g2 + part * (h2 - g2) + (d21 + part * (e21 - d21)) * u
-            b += (d22 + part * (e22 - d22)) * v
-            if pressed:
-                r = math.sqrt(x * x + y * y)
-                p = (c * (r - half) + d * (x * u + y * v) / r) / r
-                cross = w12 + part * (z12 - w12)
-                a -= ((w11 + part * (z11 - w11)) * x + cross * y) * p
-                b -= (cross * x + (w22 + part * (z22 - w22)) * y) * p
-            return a, b
+    def _acceleration(self, time: float, z: complex, v: complex, is_pressed: bool) -> complex:
+        """Return the acceleration of a pin that is free or pressed."""
+        place = time * self._per_time
+        index = int(place)
+        part, x, y = place - index, v.real, v.imag
+        (free, a, b, m, n), (rise, of_a, of_b, of_m, of_n) = self._table[index % _GRID]
+        found = free + a * x + b * y + part * (rise + of_a * x + of_b * y)
+        if is_pressed:
+            r, x, y = abs(z), z.real, z.imag
+            pressed = self._law.stiffness * (r - self._half)
+            pressed += self._law.damping * (x * v.real + y * v.imag) / r
+            found -= pressed / r * (m * x + n * y + part * (of_m * x + of_n * y))
+        return found
 
-        return acceleration
+    def _step(self, now: _State, step: float) -> tuple[_State, float]:
+        """Return the state after a step, pressed or free as before, and its error."""
+        slopes, (stages, errors) = [now.slope], _tableau()
+        for part, places, rates in stages:
+            there = (
+                now.time + part * step,
+                now.z + step * (part * now.v + step * sum(map(mul, places, slopes))),
+                now.v + step * sum(map(mul, rates, slopes)),
+            )
+            slopes.append(self._acceleration(*there, now.is_pressed))
+        off = [abs(sum(map(mul, weights, slopes))) for weights in errors]
+        place, speed = self._atol
+        error = 0.5 * math.hypot(step * step * off[0] / place, step * off[1] / speed)
+        return _State(*there, slopes[-1], now.is_pressed), error
 
     def run(self, periods: float, start: float | None = None) -> PlanarMotion:
         """Follow the pin.
 
         Args:
             periods: of the mechanism.
-            start: time of the course at which it begins, pressed [s]; where the force is greatest
-                if None.
+            start: time of the course at which it begins, pressed and riding on [s]; where the force
+                is greatest if None.
         """
-        begin = self.greatest[0] if start is None else start
-        return _Run(self, begin, begin + periods * self._duration).motion()
-
-
-class _Run:
-    """One integration, by the pair of Dormand and Prince with 4 floats in place of arrays."""
-
-    def __init__(self, model: PlanarModel, begin: float, end: float) -> None:
-        self._acceleration = model._rates()
-        self._contact = model.contact
-        self._time, self._end = begin, end
-        self._state = model.begun(begin)
-        self._half = 0.5 * model.contact.clearance
-        force = model.greatest[1]
-        deepest = self._half + force / model.contact.stiffness
-        # What a step may miss: of the clearance and the wall's deflection, and of the speeds there.
-        place = min(self._half, _DEFLECTIONS * (deepest - self._half))
-        lightest = max(row[6] + row[8] for row in model._table)
-        self._atol = _RTOL * place, _RTOL * math.sqrt(place * force * lightest)
-        self._longest = model._duration / 64.0
-        self._course: list[tuple[float, float, float]] = []
-        self._touches: list[Landing] = []
-
-    def _pressed(self, state: tuple[float, ...]) -> float:
-        """Return what is positive where the wall presses [m]."""
-        x, y, u, v = state
-        r = math.sqrt(x * x + y * y)
-        depth = r - self._half
-        if r == 0.0:
-            return depth
-        follows = depth + self._contact.damping / self._contact.stiffness * (x * u + y * v) / r
-        return min(depth, follows)
-
-    def _keep(
-        self, time: float, state: tuple[float, ...], slope: tuple[float, float], is_pressed: bool
-    ) -> None:
-        """Keep the force of the wall at a time, and its rate; the slope is the acceleration."""
-        pressure = rate = 0.0
-        if is_pressed:
-            c, d = self._contact.stiffness, self._contact.damping
-            (x, y, u, v), (a, b) = state, slope
-            r = math.sqrt(x * x + y * y)
-            out = (x * u + y * v) / r
-            pressure = c * (r - self._half) + d * out
-            rate = c * out + d * (u * u + v * v + x * a + y * b - out * out) / r
-        self._course.append((time, pressure, rate) if pressure > 0.0 else (time, 0.0, 0.0))
-
-    def motion(self) -> PlanarMotion:
-        """Return what the pin did."""
-        time, state = self._time, self._state
-        is_pressed = self._pressed(state) > 0.0
-        step = 1e-3 * self._longest
-        slope = self._acceleration(time, *state, is_pressed)
-        self._keep(time, state, slope, is_pressed)
-        for _ in range(_MOST_STEPS):
-            if time >= self._end:
+        time = self.greatest[0] if start is None else start
+        end, longest = time + periods * self._duration, self._duration / 64.0
+        beside = 1.0 / self._per_time
+        rate = (self.seat(time + beside) - self.seat(time - beside)) / (2.0 * beside)
+        now, step = self._turned(_State(time, self.seat(time), rate, 0j, False)), 1e-3 * longest
+        course, touches = [self._kept(now)], []
+        for _ in range(12 * _MOST_SWINGS):
+            if now.time >= end:
                 break
-            step = min(step, self._longest, self._end - time + 1e-12 * self._longest)
-            after, last, error = self._step(time, state, slope, step, is_pressed)
+            step = min(step, longest, end - now.time + 1e-12 * longest)
+            after, error = self._step(now, step)
+            factor = 0.9 * max(error, 1e-10) ** -0.2
             if error > 1.0:
-                step *= max(_SHRINK, _SAFETY * error**-0.2)
+                step *= max(0.2, factor)
                 continue
-            grown = step * min(_GROW, _SAFETY * max(error, 1e-10) ** -0.2)
-            wrong = (self._pressed(after) > 0.0) != is_pressed
-            if not is_pressed and not wrong:
-                shorter = self._touched_within(state, after, step)
-                if shorter is not None:
-                    step *= shorter
-                    after, last, _ = self._step(time, state, slope, step, is_pressed)
-                    wrong = self._pressed(after) > 0.0
-            if wrong:
-                step = self._located(time, state, slope, step, is_pressed)
-                after, last, _ = self._step(time, state, slope, step, is_pressed)
-            time, state = time + step, after
-            self._keep(time, state, last, is_pressed)
-            if wrong:
-                is_pressed = not is_pressed
-                slope = self._acceleration(time, *state, is_pressed)
-                if is_pressed:
-                    x, y, u, v = state
-                    speed = (x * u + y * v) / math.sqrt(x * x + y * y)
-                    self._touches.append(Landing(time, speed))
-                    self._keep(time, state, slope, is_pressed)
+            grown = step * min(4.0, factor)
+            jumps = self._jumps(after)
+            if not (now.is_pressed or jumps) and (part := self._touches(now, after)):
+                step *= part
+                after, _ = self._step(now, step)
+                jumps = self._jumps(after)
+            if jumps:
+                step = self._until_jump(now, step)
+                after, _ = self._step(now, step)
+                course.append(self._kept(after))
+                after = self._turned(after)
                 # After a touch the force rises within a swing, which the error then finds.
-                step = min(grown, 0.1 * step + 1e-4 * self._longest)
-                continue
-            slope, step = last, grown
-        times, pressures, rates = np.array(self._course).T
-        return PlanarMotion(times, pressures, rates, tuple(self._touches), time)
+                grown = min(grown, 0.1 * step + 1e-4 * longest)
+                if after.is_pressed:
+                    touches.append((after.time, self._wall(after.z, after.v)[2]))
+            now, step = after, grown
+            course.append(self._kept(now))
+        times, pressures, rates = np.array(course).T
+        return PlanarMotion(times, pressures, rates, touches, now.time)
 
-    def _touched_within(
-        self, state: tuple[float, ...], after: tuple[float, ...], step: float
-    ) -> float | None:
-        """Return the part of a flight's step after which it has touched; None if it has not."""
-        for part in _LOOKED_AT:
+    def _jumps(self, state: _State) -> bool:
+        """Return whether the wall presses where it should not, or does not where it should."""
+        return (self._wall(state.z, state.v)[0] > 0.0) != state.is_pressed
+
+    def _turned(self, state: _State) -> _State:
+        """Return the same state, pressed where it was free, and free where it was pressed."""
+        time, z, v, _, was_pressed = state
+        slope = self._acceleration(time, z, v, not was_pressed)
+        return _State(time, z, v, slope, not was_pressed)
+
+    def _kept(self, state: _State) -> tuple[float, float, float]:
+        """Return the time, the force of the wall and its rate."""
+        time, z, v, slope, is_pressed = state
+        _, pressure, out = self._wall(z, v)
+        if not is_pressed or pressure <= 0.0:
+            return time, 0.0, 0.0
+        bend = (abs(v) ** 2 + (z.conjugate() * slope).real - out * out) / abs(z)
+        return time, pressure, self._law.stiffness * out + self._law.damping * bend
+
+    def _touches(self, now: _State, after: _State) -> float:
+        """Return the part of a flight's step after which it has touched; 0 if it has not."""
+        for part in (0.25, 0.5, 0.75):
             # The cubic through both ends and their speeds.
-            b = part * part * (3.0 - 2.0 * part)
-            c, e = part * (1.0 - part) ** 2, part * part * (part - 1.0)
-            x, y = (
-                (1.0 - b) * state[k] + b * after[k] + step * (c * state[k + 2] + e * after[k + 2])
-                for k in (0, 1)
-            )
-            if math.sqrt(x * x + y * y) > self._half:
+            left, end = 1.0 - part, part * part * (3.0 - 2.0 * part)
+            bend = (after.time - now.time) * part * left * (left * now.v - part * after.v)
+            if abs((1.0 - end) * now.z + end * after.z + bend) > self._half:
                 return part
-        return None
+        return 0.0
 
-    def _located(
-        self,
-        time: float,
-        state: tuple[float, ...],
-        slope: tuple[float, float],
-        step: float,
-        is_pressed: bool,
-    ) -> float:
+    def _until_jump(self, now: _State, step: float) -> float:
         """Return the step at whose end the wall begins or ends to press."""
 
         def stays(part: float) -> float:
-            there, _, _ = self._step(time, state, slope, part, is_pressed)
-            return self._pressed(there) if is_pressed else -self._pressed(there)
+            there, _ = self._step(now, part)
+            depth, _, _ = self._wall(there.z, there.v)
+            return depth if now.is_pressed else -depth
 
         return zero(stays, 0.0, step)
 
-    def _step(
-        self,
-        t: float,
-        state: tuple[float, ...],
-        slope: tuple[float, float],
-        h: float,
-        pressed: bool,
-    ) -> tuple[tuple[float, ...], tuple[float, float], float]:
-        """Return the state after a step, accelerations there, and its error by what is allowed."""
-        f = self._acceleration
-        x, y, u, v = state
-        a1, b1 = slope
-        u2, v2 = u + h * 0.2 * a1, v + h * 0.2 * b1
-        a2, b2 = f(t + 0.2 * h, x + h * 0.2 * u, y + h * 0.2 * v, u2, v2, pressed)
-        p, q = 3.0 / 40.0 * h, 9.0 / 40.0 * h
-        u3, v3 = u + p * a1 + q * a2, v + p * b1 + q * b2
-        a3, b3 = f(t + 0.3 * h, x + p * u + q * u2, y + p * v + q * v2, u3, v3, pressed)
-        p, q, r = 44.0 / 45.0 * h, -56.0 / 15.0 * h, 32.0 / 9.0 * h
-        u4, v4 = u + p * a1 + q * a2 + r * a3, v + p * b1 + q * b2 + r * b3
-        a4, b4 = f(
-            t + 0.8 * h,
-            x + p * u + q * u2 + r * u3,
-            y + p * v + q * v2 + r * v3,
-            u4,
-            v4,
-            pressed,
-        )
-        p, q = 19372.0 / 6561.0 * h, -25360.0 / 2187.0 * h
-        r, s = 64448.0 / 6561.0 * h, -212.0 / 729.0 * h
-        u5 = u + p * a1 + q * a2 + r * a3 + s * a4
-        v5 = v + p * b1 + q * b2 + r * b3 + s * b4
-        a5, b5 = f(
-            t + 8.0 / 9.0 * h,
-            x + p * u + q * u2 + r * u3 + s * u4,
-            y + p * v + q * v2 + r * v3 + s * v4,
-            u5,
-            v5,
-            pressed,
-        )
-        p, q, r = 9017.0 / 3168.0 * h, -355.0 / 33.0 * h, 46732.0 / 5247.0 * h
-        s, w = 49.0 / 176.0 * h, -5103.0 / 18656.0 * h
-        u6 = u + p * a1 + q * a2 + r * a3 + s * a4 + w * a5
-        v6 = v + p * b1 + q * b2 + r * b3 + s * b4 + w * b5
-        a6, b6 = f(
-            t + h,
-            x + p * u + q * u2 + r * u3 + s * u4 + w * u5,
-            y + p * v + q * v2 + r * v3 + s * v4 + w * v5,
-            u6,
-            v6,
-            pressed,
-        )
-        p, q, r = 35.0 / 384.0 * h, 500.0 / 1113.0 * h, 125.0 / 192.0 * h
-        s, w = -2187.0 / 6784.0 * h, 11.0 / 84.0 * h
-        x7 = x + p * u + q * u3 + r * u4 + s * u5 + w * u6
-        y7 = y + p * v + q * v3 + r * v4 + s * v5 + w * v6
-        u7 = u + p * a1 + q * a3 + r * a4 + s * a5 + w * a6
-        v7 = v + p * b1 + q * b3 + r * b4 + s * b5 + w * b6
-        a7, b7 = f(t + h, x7, y7, u7, v7, pressed)
-        p, q, r = 71.0 / 57600.0 * h, -71.0 / 16695.0 * h, 71.0 / 1920.0 * h
-        s, w, z = -17253.0 / 339200.0 * h, 22.0 / 525.0 * h, -h / 40.0
-        place, speed = self._atol
-        e = (
-            (p * u + q * u3 + r * u4 + s * u5 + w * u6 + z * u7) / place,
-            (p * v + q * v3 + r * v4 + s * v5 + w * v6 + z * v7) / place,
-            (p * a1 + q * a3 + r * a4 + s * a5 + w * a6 + z * a7) / speed,
-            (p * b1 + q * b3 + r * b4 + s * b5 + w * b6 + z * b7) / speed,
-        )
-        error = math.sqrt(0.25 * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3]))
-        return (x7, y7, u7, v7), (a7, b7), error
+
+@cache
+def _tableau() -> tuple[list[tuple[float, list[float], list[float]]], list[list[float]]]:
+    """Return the pair of Dormand and Prince for accelerations: stages after the first, and errors.
+
+    Weights of accelerations in places, by the square of the step, and in rates.
+    """
+    from scipy.integrate import RK45  # Few scripts need it.
+
+    rates = np.zeros((7, 7))
+    rates[:6, :5], rates[6, :6] = RK45.A, RK45.B
+    places, parts = rates @ rates, np.sum(rates, axis=1)
+    stages = [
+        (float(parts[k]), places[k, : k - 1].tolist(), rates[k, :k].tolist()) for k in range(1, 7)
+    ]
+    return stages, [(RK45.E @ rates).tolist(), RK45.E.tolist()]
 
 
 class Passages(NamedTuple):
@@ -421,27 +304,22 @@ class Passages(NamedTuple):
     @property
     def doubts(self) -> tuple[str, ...]:
         """What speaks against this interval."""
-        doubts = []
-        if not self.are_alike:
-            doubts.append("no two turns are alike, and others may lie outside")
-        if self.margin > _LOOSE:
-            doubts.append("clearance and deflection are no longer small beside the mechanism")
-        return tuple(doubts)
+        doubts = {
+            "no two turns are alike, and others may lie outside": not self.are_alike,
+            "clearance and deflection are no longer small beside the mechanism": self.margin > 0.1,
+        }
+        return tuple(doubt for doubt, holds in doubts.items() if holds)
 
 
 class FollowedPin:
-    """The motion of one pin, found when it is first asked for; the same for all reversals.
-
-    Attributes:
-        contact: what the pin touches.
-    """
+    """The motion of one pin, found when it is first asked for; the same for all reversals."""
 
     def __init__(
         self,
         opened: OpenedJoint,
         source: ForceSource,
         course: ForceCourse,
-        contact: PinContactNumbers,
+        law: LinearContact,
         mass: float,
         speed: float,
     ) -> None:
@@ -451,14 +329,16 @@ class FollowedPin:
             opened: the mechanism with this joint open, its drive's motion prescribed.
             source: of closed positions.
             course: of the force without clearance.
-            contact: what the pin touches.
+            law: of the contact.
             mass: mean of the joint [kg].
             speed: of the drive [rad/s].
         """
         self._asked = opened, source, course
-        self.contact, self._speed, self._period = contact, speed, source.period
+        self._clearance, self._law = float(opened.clearances[0]), law
+        self._speed, self._period = speed, source.period
+        self._turn = source.period / abs(speed)
         self._length = source.problem.mechanism.characteristic_length
-        self._swing = 2.0 * math.pi * math.sqrt(mass / contact.stiffness)
+        self._swing = 2.0 * math.pi * math.sqrt(mass / law.stiffness)
 
     def __getstate__(self) -> dict[str, object]:
         # A copy has what was found, and not the mechanism.
@@ -469,7 +349,9 @@ class FollowedPin:
     def _found(self) -> PlanarMotion | str:
         """What the pin did, or why it cannot be followed."""
         opened, source, course = self._asked
-        if _STEPS * (3.0 + _SETTLED) * self._turn >= _MOST_STEPS * self._swing:
+        # Any stretch of a period is passed twice in three turns.
+        least = (3.0 + SETTLED) * self._turn
+        if least >= _MOST_SWINGS * self._swing:
             return _TOO_STIFF
         positions = self._period / _PLACES * np.arange(_PLACES)
         closed = source.motion(positions, 1.0)
@@ -477,19 +359,14 @@ class FollowedPin:
             plane = opened.plane(closed.rows, closed.v, course.at(positions), self._period)
         except ModelError as error:
             return str(error)
-        motion = PlanarModel(plane, self.contact, self._speed).run(_PERIODS)
-        settled = motion.end - float(motion.time[0]) - _SETTLED * self._turn
-        # Any stretch of a period is passed twice in three turns.
-        return motion if settled >= 3.0 * self._turn else _TOO_STIFF
+        model = PlanarModel(plane, self._clearance, self._law, self._speed)
+        motion = model.run(_TURNS + SETTLED)
+        return motion if motion.end - float(motion.time[0]) >= least else _TOO_STIFF
 
     @property
     def reason(self) -> str:
         """Why the pin cannot be followed; empty if it can."""
         return self._found if isinstance(self._found, str) else ""
-
-    @property
-    def _turn(self) -> float:
-        return self._period / abs(self._speed)
 
     def passages(self, position: float, way: float) -> Passages | None:
         """Return what the pin did from a position on, in every turn; None if it is not followed.
@@ -502,17 +379,15 @@ class FollowedPin:
         if isinstance(motion, str):
             return None
         begun, lasts = float(motion.time[0]), way / abs(self._speed)
-        first = (position / self._speed - begun) % turn
-        starts = begun + first + turn * np.arange(math.ceil(_PERIODS) + 1)
-        starts = starts[(starts >= begun + _SETTLED * turn) & (starts + lasts <= motion.end)]
-        rows = [self._passage(motion, start, start + lasts) for start in starts.tolist()]
+        first = begun + (position / self._speed - begun) % turn
+        starts = first + turn * np.arange(_TURNS + 2)
+        starts = starts[(starts >= begun + SETTLED * turn) & (starts + lasts <= motion.end)]
+        struck = np.array(motion.touches).reshape(-1, 2)
+        rows = []
+        for start in starts.tolist():
+            hits = struck[(start <= struck[:, 0]) & (struck[:, 0] < start + lasts), 1]
+            rows.append((*motion.greatest(start, start + lasts), np.max(hits, initial=0.0)))
         forces, times, speeds = np.array(rows).T
-        offset = 0.5 * self.contact.clearance + float(np.mean(forces)) / self.contact.stiffness
+        offset = 0.5 * self._clearance + float(np.mean(forces)) / self._law.stiffness
         place = self._speed * float(times[np.argmax(forces)]) % self._period
-        margin = _MODEL + _PER_OFFSET * offset / self._length
-        return Passages(forces, speeds, place, margin)
-
-    def _passage(self, motion: PlanarMotion, start: float, end: float) -> tuple[float, ...]:
-        """Return the greatest force of one passage, when that is, and its hardest strike."""
-        struck = [item.speed for item in motion.touches if start <= item.time < end]
-        return *motion.greatest(start, end), max([0.0, *struck])
+        return Passages(forces, speeds, place, _MODEL + _PER_OFFSET * offset / self._length)

@@ -64,41 +64,25 @@ class ScanPlot(Plot):
 
 
 @draws(JointScan)
-class JointScanPlot(Plot):
-    """Draws a scanned joint: `scan["pin"].plot()`, its forces and peaks."""
-
-    def __call__(self, *columns: Any, **options: Any) -> Figure:
-        """Draw what open bearings carry without clearance over the drive's angle, and the peaks.
-
-        Args:
-            columns: of the table instead, see `Plot`.
-            options: of `drawing.pin_forces`.
-
-        Raises:
-            ArgumentError: as `Plot`.
-        """
-        if columns:
-            return super().__call__(*columns, **options)
-        return drawing.pin_forces(self._result, **own_options(options))
-
-
 @draws(ScanMap)
-class ScanMapPlot(Plot):
-    """Draws scans over speeds and designs: `mapped.plot()`, peaks over speed."""
+class ScannedPlot(Plot):
+    """Draws a scanned joint, its forces and peaks; and one over speeds and designs, its peaks."""
 
     def __call__(self, *columns: Any, **options: Any) -> Figure:
-        """Draw the greatest bearing force over speed, a line for each design.
+        """Draw `drawing.pin_forces` of a joint, `drawing.pin_peaks` of a map.
 
         Args:
             columns: of the table instead, see `Plot`.
-            options: of `drawing.pin_peaks`.
+            options: of the figure.
 
         Raises:
-            ArgumentError: there is one speed only, or as `Plot`.
+            ArgumentError: a map has one speed only, or as `Plot`.
         """
         if columns:
             return super().__call__(*columns, **options)
-        return drawing.pin_peaks(self._result, **own_options(options))
+        if isinstance(self._result, ScanMap):
+            return drawing.pin_peaks(self._result, **own_options(options))
+        return drawing.pin_forces(self._result, **own_options(options))
 
 
 @draws(ContactSimulation)
@@ -150,17 +134,14 @@ class ContactPlot(Plot):
 
 
 @draws(JointContact)
-class JointContactPlot(Plot):
-    """Draws what a pin did: the force of the wall over time, if nothing is named."""
-
-    first = ("force",)
-
-
 @draws(Influence)
-class InfluencePlot(Plot):
-    """Draws the peak of an impact over the factor on a parameter, if nothing is named."""
+class CoursePlot(Plot):
+    """Draws what a pin did, over time, or the peak of an impact over the factor on a parameter."""
 
-    first = ("peak",)
+    @property
+    def first(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The force of the wall; the peak."""
+        return ("peak",) if isinstance(self._result, Influence) else ("force",)
 
 
 @draws(ScanComparison)

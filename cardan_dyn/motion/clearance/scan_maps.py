@@ -18,8 +18,7 @@ from ...kit.checks import mapping, several, text
 from ...kit.errors import ArgumentError
 from ...kit.frozen import read_only
 from ...kit.time_left import Task
-from .arguments import scene_of, speed_of
-from .joint_arguments import Lengths, Stiffnesses
+from .arguments import Lengths, Stiffnesses, scene_of, speed_of
 from .row_tables import variable
 from .scan_results import JointScan
 from .scanning import Scanner

@@ -33,11 +33,12 @@ MOST_DAMPED = 0.99
 _APART = 0.1
 """Speed of a strike, as a fraction of that of the two-mass model, below which a pin only brushes
 its wall: a hundredth of the energy."""
-_MASS_CHANGE = 0.1
-_DEVIATION = math.radians(20.0)
-_TOGETHER = 0.05
-"""Part of the clearance, as a fraction, by which bearings may differ where they close together."""
 _NO_NUMBERS = {"direction", "directions", "model", "motion", "share", "ahead"}
+
+
+def _of(item: Any, *names: str) -> dict[str, Any]:
+    """Return attributes by name."""
+    return {name: getattr(item, name) for name in names}
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,44 +207,41 @@ class ForceReversal:
     @property
     def doubts(self) -> tuple[str, ...]:
         """Why the estimate may be wrong; empty if its assumptions hold."""
-        doubts = []
-        if self.passages is not None and not self.least <= self.estimate <= self.greatest:
-            doubts.append(
-                f"the pin does not move along a line: {self.least:.4g} to {self.greatest:.4g} N in "
-                f"the plane, beside {self.estimate:.4g} N"
-            )
-        if math.isnan(self.two_mass_peak):
-            doubts.append("no peak: the force only follows the ramp (undamped, τ below 1.8386)")
-        elif self.tau < LEAST_TAU:
-            doubts.append(f"τ = {self.tau:.2f} is small")
-        if self.turn_through > TURNED:
-            doubts.append(f"the force turns through (ρ = {self.turn_through:.2f})")
-        if self.model.damping_ratio >= MOST_DAMPED:
-            doubts.append("the contact is damped more than critically")
-        if self.flown > FLOWN:
-            doubts.append(f"the ramp bends over the flight ({self.flown:.2f} of the way): too high")
-        if abs(self.mass_change) > _MASS_CHANGE:
-            doubts.append(f"the reduced mass changes by {100 * self.mass_change:.0f} %")
-        if self.deviation > _DEVIATION:
-            doubts.append(
-                f"the sides part {math.degrees(self.deviation):.0f}° beside the force's direction"
-            )
-        if self.split > _TOGETHER:
-            part = f"{100 * self.split:.0f} % of the clearance"
-            doubts.append(f"the bearings do not close together ({part})")
-        law = self.model.stiffness
-        if isinstance(law, StiffnessLaw) and not math.isnan(self.two_mass_peak):
-            doubts.extend(law.doubts(self.two_mass_peak, self.model.clearance))
-        return tuple(doubts)
+        law, mass, apart = (
+            self.model.stiffness,
+            100 * self.mass_change,
+            math.degrees(self.deviation),
+        )
+        has_peak = not math.isnan(self.two_mass_peak)
+        is_beside = self.passages is not None and not self.least <= self.estimate <= self.greatest
+        doubts = {
+            f"the pin does not move along a line: {self.least:.4g} to {self.greatest:.4g} N in "
+            f"the plane, beside {self.estimate:.4g} N": is_beside,
+            "no peak: the force only follows the ramp (undamped, τ below 1.8386)": not has_peak,
+            f"τ = {self.tau:.2f} is small": has_peak and self.tau < LEAST_TAU,
+            f"the force turns through (ρ = {self.turn_through:.2f})": self.turn_through > TURNED,
+            "the contact is damped more than critically": self.model.damping_ratio >= MOST_DAMPED,
+            f"the ramp bends over the flight ({self.flown:.2f} of the way): too high": (
+                self.flown > FLOWN
+            ),
+            f"the reduced mass changes by {mass:.0f} %": abs(mass) > 10.0,
+            f"the sides part {apart:.0f}° beside the force's direction": apart > 20.0,
+            "the bearings do not close together "
+            f"({100 * self.split:.0f} % of the clearance)": self.split > 0.05,
+        }
+        found = [doubt for doubt, holds in doubts.items() if holds]
+        if isinstance(law, StiffnessLaw) and has_peak:
+            found += law.doubts(self.two_mass_peak, self.model.clearance)
+        return tuple(found)
 
     def row(self) -> dict[str, Any]:
         """Return its numbers by name, exponents, verdict, and the doubts as text."""
-        values = {name: value for name, value in vars(self).items() if name in _NUMBERS}
-        directions = {f"direction_{axis}": float(self.direction[k]) for k, axis in enumerate("xyz")}
+        directions = {
+            f"direction_{axis}": float(at) for axis, at in zip("xyz", self.direction, strict=True)
+        }
         exponents = {f"exponent_{name}": e for name, e in self.exponents._asdict().items()}
-        found = {name: getattr(self, name) for name in _FOUND}
         said = {"verdict": self.verdict, "doubts": "; ".join(self.doubts)}
-        return {**values, **directions, **found, **exponents, **said}
+        return {**_of(self, *_NUMBERS), **directions, **_of(self, *_FOUND), **exponents, **said}
 
 
 _FOUND = ("peak", "least", "greatest", "estimate", "rigid_ahead", "strike_speed", "energy")
@@ -298,7 +296,7 @@ class JointScan(Result):
         return float(np.max(np.linalg.norm(self.force, axis=-1)))
 
     @property
-    def _period(self) -> float:
+    def period(self) -> float:
         """Of the drive [rad]."""
         return len(self.position) * float(self.position[1] - self.position[0])
 
@@ -307,8 +305,8 @@ class JointScan(Result):
         """What the pin did from each reversal to the next, or in whole turns; empty if unknown."""
         if self.motion is None:
             return ()
-        whole = self.motion.passages(0.0, self._period) if not self.reversals else None
-        every = [whole] if not self.reversals else [item.passages for item in self.reversals]
+        every = [item.passages for item in self.reversals]
+        every = every or [self.motion.passages(0.0, self.period)]
         return tuple(item for item in every if item is not None)
 
     @property
@@ -364,7 +362,7 @@ class JointScan(Result):
     @property
     def impacts_per_turn(self) -> float:
         """Impacts in a turn of the drive; a period may have several turns."""
-        return 2.0 * math.pi * self.impacts / self._period
+        return 2.0 * math.pi * self.impacts / self.period
 
     @property
     def impact_power(self) -> float:
@@ -413,7 +411,7 @@ class JointScan(Result):
         """Return the numbers of a whole turn by name, verdict, and the doubts as text."""
         return {
             "position": self.peak_position,
-            **{name: getattr(self, name) for name in ("peak", "least", "greatest")},
+            **_of(self, "peak", "least", "greatest"),
             "rigid_ahead": self.rigid_peak,
             "verdict": self.verdict,
             "doubts": "; ".join(self.doubts),
@@ -456,34 +454,33 @@ class JointScan(Result):
         """Return what is said of each open bearing: its force, and its share of the peaks."""
         if not self.radius:
             return {self.name: self}
-        found = {}
-        for index, name in enumerate(self.bearings):
-            pin = name[:-1]
-            found[name] = replace(
+        return {
+            name: replace(
                 self,
                 name=name,
                 force=self.force[:, index],
-                reversals=tuple(self._shared(item, index, pin) for item in self.reversals),
+                reversals=tuple(self._shared(item, index, name[:-1]) for item in self.reversals),
                 bearings=(name,),
-                clearance={name: self.clearance[pin]},
-                stiffness={name: self.stiffness[pin]},
+                clearance={name: self.clearance[name[:-1]]},
+                stiffness={name: self.stiffness[name[:-1]]},
                 radius={},
                 simulated={key: force for key, force in self.simulated.items() if key == name},
             )
-        return found
+            for index, name in enumerate(self.bearings)
+        }
 
     def _shared(self, item: ForceReversal, index: int, pin: str) -> ForceReversal:
         """Return a reversal with the forces and the contact of one bearing."""
         share, law = item.share[index], self.stiffness[pin]
+        forces = {name: share * getattr(item, name) for name in ("two_mass_peak", "rigid", "added")}
+        direction = item.direction if item.directions is None else item.directions[index]
         alone = replace(
             item,
-            direction=item.direction if item.directions is None else item.directions[index],
+            direction=direction,
             directions=None,
-            two_mass_peak=share * item.two_mass_peak,
-            rigid=share * item.rigid,
-            added=share * item.added,
             share=(share,),
             ahead=(item.ahead[index],),
+            **forces,
         )
         if isinstance(law, PinGeometry):
             law = float(law.stiffness(np.asarray(alone.estimate), self.clearance[pin]))
@@ -518,17 +515,12 @@ class ComparedReversal:
             "joint": self.joint,
             "position": item.position,
             "rigid": item.rigid_ahead,
-            "estimate": item.estimate,
-            "peak": item.peak,
+            **_of(item, "estimate", "peak"),
             "simulated": float(np.mean(self.simulated)),
             "simulated_least": float(np.min(self.simulated)),
             "simulated_greatest": float(np.max(self.simulated)),
             "error": self.error,
-            "least": item.least,
-            "greatest": item.greatest,
-            "turn_through": item.turn_through,
-            "flown": item.flown,
-            "tau": item.tau,
+            **_of(item, "least", "greatest", "turn_through", "flown", "tau"),
             "doubts": "; ".join(item.doubts),
         }
 
@@ -624,11 +616,11 @@ class Scan(Result, Mapping[str, JointScan]):
         bare = [
             name
             for name in self.ranking
-            if any(
+            if self._joints[name].reversals
+            and any(
                 isinstance(law, PinGeometry) and law.seat_stiffness is None
                 for law in self._joints[name].stiffness.values()
             )
-            and self._joints[name].reversals
         ]
         notes = [f"{name}: not verified, {reason}" for name, reason in self.unverified.items()]
         if bare:
@@ -652,13 +644,13 @@ class Scan(Result, Mapping[str, JointScan]):
             for item in joint.reversals:
                 row = {"joint": name, **item.row()}
                 if self.verified is not None:
-                    found = [
+                    forces = [
                         float(np.max(other.simulated))
                         for other in self.verified
                         if other.reversal.position == item.position
                         and other.joint in joint.bearings
                     ]
-                    row["simulated"] = max(found, default=np.nan)
+                    row["simulated"] = max(forces, default=np.nan)
                 rows.append(row)
             if not joint.reversals:
                 rows.append({"joint": name, **joint.row()})

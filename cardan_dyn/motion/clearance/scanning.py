@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,19 +18,27 @@ from cardan_dyn.analytic.clearance import contact_time
 from cardan_dyn.analytic.impact import Start
 
 from ...core.elements.contact_laws import LinearContact
+from ...core.response.identity import forces_identity
 from ...kit.arrays import NOTHING, Array
 from ...kit.checks import flag
 from ...kit.errors import ArgumentError, CardanError, ModelError
 from ...kit.frozen import read_only
 from ...kit.time_left import Task
-from .arguments import damping_ratio_of, made_of, scene_of, speed_of, start_of
+from .arguments import (
+    Lengths,
+    Stiffnesses,
+    damping_ratio_of,
+    opened_joints,
+    scene_of,
+    speed_of,
+    start_of,
+)
 from .comparing import compare
 from .forces import ForceCourse, ForceSource, Swing
-from .impact_model import Estimates, ImpactModel, estimates
-from .joint_arguments import Lengths, Stiffnesses, opened_joints
+from .impact_model import ImpactModel, estimate
 from .opened_joint import Mobility, OpenedJoint, mean_positions
 from .pin_geometry import PinGeometry, StiffnessLaw
-from .planar_motion import FollowedPin, PinContactNumbers
+from .planar_motion import FollowedPin
 from .scan_results import (
     MOST_DAMPED,
     ComparedReversal,
@@ -49,10 +57,6 @@ from ..simulation.progress import INTERRUPTED
 _VERIFIED, _VERIFIED_TO = 2.6, 1e-8
 """Periods of a simulation that verifies, of which the first reversals do not count, and its
 relative tolerance."""
-_BELOW_LIMIT = 0.5
-"""Force, as a fraction of the greatest of a contact, up to which its stiffness is asked for."""
-_STAYS_CLOSED = 1.0
-"""Turn-through number from which on a swing is no reversal by any measure."""
 _DRIVE_GIVES_WAY = "the drive gives way, and the pin is not followed in its plane: verify"
 _SEVERAL_BEARINGS = (
     "pins are not followed in the planes of their bearings, and so no interval is known: simulate"
@@ -132,7 +136,7 @@ def scan(
         return scanned
     items, why = _verified(scanned, verified, rotor, scanner.period)
     joints = {
-        name: replace(joint, simulated=_greatest(joint, items)) for name, joint in scanned.items()
+        name: replace(joint, simulated=_simulated(joint, items)) for name, joint in scanned.items()
     }
     return Scan(joints, speed, scanned.left_out, items, why, scanned.made_of)
 
@@ -162,8 +166,9 @@ class Scanner:
         self._joints, self._left_out = opened_joints(
             source.solver, rotor, joints, bearings, clearance, stiffness, radius
         )
-        self._are_named, self._rotor = joints is not None, rotor
-        self._made_of, self.period = made_of(source.problem, rotor), source.period
+        self._are_named, self._rotor, self.period = joints is not None, rotor, source.period
+        inertia = None if rotor is None else float(rotor)
+        self._made_of = forces_identity(source.problem, rotor=inertia)
 
     @cached_property
     def _states(self) -> Array:
@@ -172,83 +177,78 @@ class Scanner:
 
     def scan(self, speed: float) -> Scan:
         """Return what clearance would do at a speed of the drive [rad/s]."""
-        source, sense = self._source, float(np.sign(speed))
-        found = source.forces(speed, self._joints, refuse=self._are_named)
-        moving = []
-        for name, course in found.courses.items():
-            joint, swings = self._joints[name], course.swings(sense)
-            self._check_stiffness(joint, course.most)
-            mass, massless = self._mean_mass(joint, course, bool(swings))
-            force = found.bearings[name].world
-            moving.append(_Moving(joint, force, course, swings, mass, massless))
-        position = read_only(found.position)
-        joints = {
-            item.joint.name: self._joint_scan(item, position, kept, speed)
-            for item, kept in zip(moving, self._reversals(moving, speed), strict=True)
-        }
-        left_out = {**self._left_out, **found.left_out}
-        return Scan(joints, speed, left_out, made_of=self._made_of)
+        sense = float(np.sign(speed))
+        positions, forces, courses, left_out = self._source.forces(
+            speed, self._joints, refuse=self._are_named
+        )
+        swings = {name: course.swings(sense) for name, course in courses.items()}
+        means = {name: self._mean(name, courses[name], bool(swings[name])) for name in courses}
+        masses = {name: mass for name, (mass, _) in means.items()}
+        reversals = self._reversals(swings, masses, speed)
+        scans, position = {}, read_only(positions)
+        for name, course in courses.items():
+            joint, found = self._joints[name], reversals[name]
+            items = []
+            for index, item in enumerate(found):
+                after = found[(index + int(sense)) % len(found)]
+                way = sense * (after.position - item.position) % self.period or self.period
+                ahead = tuple(course.greatest(item.position, way, sense).tolist())
+                items.append(replace(item, way=way, ahead=ahead))
+            motion, why = self._followed(joint, course, means[name], items, speed)
+            force, pins = forces[name].world, [item.of for item in joint.bearings]
+            radii = (
+                () if joint.radii is None else zip(joint.pins, joint.radii.tolist(), strict=True)
+            )
+            scans[name] = JointScan(
+                name=name,
+                position=position,
+                force=read_only(force if joint.is_cross else force[:, 0]),
+                reversals=tuple(replace(item, motion=motion) for item in items),
+                turning=len(swings[name]) - len(items),
+                periods=abs(speed) / self.period,
+                bearings=tuple(item.name for item in joint.bearings),
+                freedoms=joint.at_start.movable.shape[1] if joint.is_cross else 2,
+                mean_mass=masses[name],
+                clearance=dict(zip(pins, joint.clearances.tolist(), strict=True)),
+                stiffness=dict(zip(pins, joint.laws, strict=True)),
+                radius={pin.name: radius for pin, radius in radii if pin.name in pins},
+                motion=motion,
+                unfollowed=why,
+            )
+        return Scan(scans, speed, {**self._left_out, **left_out}, made_of=self._made_of)
 
-    def _mean_mass(
-        self, joint: OpenedJoint, course: ForceCourse, is_needed: bool
-    ) -> tuple[float, str]:
-        """Return the mean mass of a joint, or why it has none; refuse that where it is needed."""
+    def _mean(self, name: str, course: ForceCourse, is_needed: bool) -> tuple[float, str]:
+        """Return the mean mass of a joint, or why it has none; refuse that where it is needed.
+
+        A contact that gives way by the mechanism's length under the rigid force is refused as well.
+        """
+        joint, length = self._joints[name], self._source.problem.mechanism.characteristic_length
+        for law in joint.laws:
+            if not isinstance(law, PinGeometry) and not course.most < law * length:
+                raise ArgumentError(
+                    f"joint {name!r}: its force of {course.most:.3g} N presses a contact of "
+                    f"{law:g} N/m farther than the mechanism is long, {length:.3g} m; stiffness is "
+                    "in N/m"
+                )
         if course.most == 0.0:
             return np.nan, ""
         try:
-            mass = joint.mean_mass(self._states, course.at(mean_positions(self.period)))
+            return joint.mean_mass(self._states, course.at(mean_positions(self.period))), ""
         except ModelError as error:
             if is_needed:
                 raise
             return np.nan, str(error)
-        return mass, ""
-
-    def _check_stiffness(self, joint: OpenedJoint, force: float) -> None:
-        """Refuse a contact that gives way by the mechanism's length under the rigid force."""
-        length = self._source.problem.mechanism.characteristic_length
-        for law in joint.laws:
-            if not isinstance(law, PinGeometry) and not force < law * length:
-                raise ArgumentError(
-                    f"joint {joint.name!r}: its force of {force:.3g} N presses a contact of "
-                    f"{law:g} N/m farther than the mechanism is long, {length:.3g} m; stiffness is "
-                    "in N/m"
-                )
-
-    def _joint_scan(
-        self, item: _Moving, position: Array, kept: list[ForceReversal], speed: float
-    ) -> JointScan:
-        """Return what is said of a joint."""
-        joint = item.joint
-        motion, unfollowed = self._followed(item, kept, speed)
-        names = [joint.pins[bearing.pin].name for bearing in joint.bearings]
-        radii = {} if joint.radii is None else {
-            pin.name: float(radius)
-            for pin, radius in zip(joint.pins, joint.radii, strict=True)
-            if pin.name in names
-        }  # fmt: skip
-        return JointScan(
-            name=joint.name,
-            position=position,
-            force=read_only(item.force if joint.is_cross else item.force[:, 0]),
-            reversals=tuple(replace(one, motion=motion) for one in kept),
-            turning=len(item.swings) - len(kept),
-            periods=abs(speed) / self.period,
-            bearings=tuple(bearing.name for bearing in joint.bearings),
-            freedoms=joint.at_start.movable.shape[1] if joint.is_cross else 2,
-            mean_mass=item.mean_mass,
-            clearance=dict(zip(names, joint.clearances.tolist(), strict=True)),
-            stiffness=dict(zip(names, joint.laws, strict=True)),
-            radius=radii,
-            motion=motion,
-            unfollowed=unfollowed,
-        )
 
     def _followed(
-        self, item: _Moving, kept: list[ForceReversal], speed: float
+        self,
+        joint: OpenedJoint,
+        course: ForceCourse,
+        mean: tuple[float, str],
+        found: list[ForceReversal],
+        speed: float,
     ) -> tuple[FollowedPin | None, str]:
         """Return the motion of a joint's pin in its bush, or why it is not followed."""
-        joint, course = item.joint, item.course
-        unfollowed = item.massless
+        mass, unfollowed = mean
         if joint.is_cross:
             unfollowed = _SEVERAL_BEARINGS
         elif self._rotor is not None:
@@ -257,130 +257,94 @@ class Scanner:
             return None, unfollowed
         (law,), clearance = joint.laws, float(joint.clearances[0])
         if isinstance(law, PinGeometry):
-            force = max([course.most, *(one.estimate for one in kept)])
+            force = max([course.most, *(item.estimate for item in found)])
             try:
                 law = float(law.stiffness(np.asarray(force), clearance))
             except ArgumentError as error:
                 return None, f"its pin is not followed, and no interval is known: {error}"
-        damping = 2.0 * self._ratio * float(np.sqrt(law * item.mean_mass))
-        numbers = PinContactNumbers(clearance, law, damping)
-        return FollowedPin(joint, self._source, course, numbers, item.mean_mass, speed), ""
+        contact = LinearContact(law, 2.0 * self._ratio * float(np.sqrt(law * mass)))
+        return FollowedPin(joint, self._source, course, contact, mass, speed), ""
 
-    def _reversals(self, moving: list[_Moving], speed: float) -> list[list[ForceReversal]]:
+    def _reversals(
+        self, swings: dict[str, list[Swing]], masses: dict[str, float], speed: float
+    ) -> dict[str, list[ForceReversal]]:
         """Return of each joint its reversals: swings whose force comes near zero."""
-        cases = self._cases(moving, speed)
-        found = _estimated(cases)
-        through = [
-            case.least / (case.model.slope * float(item.contact_time))
-            for case, item in zip(cases, found, strict=True)
-        ]
-        kept = [index for index, number in enumerate(through) if number < _STAYS_CLOSED]
-        ends = [
-            cases[index].swing.position + speed * float(found[index].contact_time) for index in kept
-        ]
-        every: dict[str, list[ForceReversal]] = {item.joint.name: [] for item in moving}
-        for index, x in zip(kept, self._source.closed(ends), strict=True):
-            case = cases[index]
-            after = case.of.joint.mobility(x).reduced_mass(case.swing.direction)
-            every[case.of.joint.name].append(
-                self._reversal(
-                    case, found[index], through[index], after / case.model.mass - 1.0, speed
-                )
-            )
-        return [self._joined(item, every[item.joint.name], speed) for item in moving]
-
-    def _cases(self, moving: list[_Moving], speed: float) -> list[_Case]:
-        """Return the swings that may be reversals, with what moves there."""
-        every = [(item, swing) for item in moving for swing in item.swings]
+        every = [(name, swing) for name, some in swings.items() for swing in some]
         states = self._source.closed([swing.position for _, swing in every])
         cases = []
-        for (item, swing), x in zip(every, states, strict=True):
-            joint, direction = item.joint, swing.direction
+        for (name, swing), x in zip(every, states, strict=True):
+            joint, direction = self._joints[name], swing.direction
             if swing.slope * self.period <= NOTHING * swing.least:
                 continue
             mobility = joint.mobility(x)
             joint.check_mass(mobility, direction, swing.position)
+            # The model and the least force are those of the bearing that carries most.
             mass, most = mobility.reduced_mass(direction), float(np.max(joint.shares(direction)))
-            ratio = self._ratio * float(np.sqrt(item.mean_mass / mass))
-            slope, least = most * swing.slope * abs(speed), most * swing.least
             model = ImpactModel(
                 mass,
                 joint.stiffness(direction),
                 joint.clearance(direction),
-                slope,
-                min(ratio, MOST_DAMPED),
+                most * swing.slope * abs(speed),
+                min(self._ratio * float(np.sqrt(masses[name] / mass)), MOST_DAMPED),
                 self._start,
             )
-            if least < _STAYS_CLOSED * slope * _longest(model, least):
-                cases.append(_Case(item, swing, mobility, least, model))
-        return cases
+            if most * swing.least < model.slope * _longest(model, most * swing.least):
+                cases.append((name, swing, mobility, model))
+        estimate([(name, model) for name, _, _, model in cases])
+        kept, ends = [], []
+        for name, swing, mobility, model in cases:
+            time = float(model.estimate.contact_time)
+            most = float(np.max(self._joints[name].shares(swing.direction)))
+            through = most * swing.least / (model.slope * time)
+            if through < 1.0:
+                kept.append((name, swing, mobility, model, through))
+                ends.append(swing.position + speed * time)
+        found: dict[str, list[ForceReversal]] = {name: [] for name in swings}
+        for (name, swing, mobility, model, through), x in zip(
+            kept, self._source.closed(ends), strict=True
+        ):
+            case = self._joints[name], swing, mobility, model, through, x, masses[name], speed
+            found[name].append(self._reversal(*case))
+        return found
 
     def _reversal(
-        self, case: _Case, found: Estimates, turn_through: float, change: float, speed: float
+        self,
+        joint: OpenedJoint,
+        swing: Swing,
+        mobility: Mobility,
+        model: ImpactModel,
+        turn_through: float,
+        after: Array,
+        mean_mass: float,
+        speed: float,
     ) -> ForceReversal:
-        """Return what is said of a swing."""
-        swing, mobility, joint = case.swing, case.mobility, case.of.joint
+        """Return what is said of a swing; `after` are coordinates at the impact."""
         shares = joint.shares(swing.direction)
         local = swing.direction.reshape(len(shares), -1)
         world = np.einsum("bd,bdi->bi", local, mobility.frames)
         directions = world / np.where(shares > 0.0, shares, 1.0)[:, None]
-        most = int(np.argmax(shares))
-        numbers = {name: float(value) for name, value in found._asdict().items()}
+        # The first of those that carry as much but for rounding.
+        most = int(np.argmax(shares >= (1.0 - NOTHING) * np.max(shares)))
+        numbers = {name: float(value) for name, value in model.estimate._asdict().items()}
         numbers["two_mass_peak"] = numbers.pop("peak")
-        critical = 2.0 * float(np.sqrt(numbers["stiffness"] * case.of.mean_mass))
+        end_mass = joint.mobility(after).reduced_mass(swing.direction)
         return ForceReversal(
             position=swing.position,
-            force_slope=case.model.slope,
+            force_slope=model.slope,
             direction=read_only(directions[most]),
-            reduced_mass=case.model.mass,
+            reduced_mass=model.mass,
             turn_through=turn_through,
             flown=abs(speed) * numbers["contact_time"] / swing.way,
-            mass_change=change,
+            mass_change=end_mass / model.mass - 1.0,
             deviation=mobility.deviation(swing.direction),
             slope_growth=np.nan if self._source.problem.elements else swing.growth,
-            model=case.model,
-            damping=self._ratio * critical,
-            share=tuple((shares / shares[most]).tolist()),
+            model=model,
+            damping=2.0 * self._ratio * float(np.sqrt(numbers["stiffness"] * mean_mass)),
+            share=tuple((shares / np.max(shares)).tolist()),
             directions=read_only(directions) if joint.is_cross else None,
             split=joint.split(swing.direction, mobility.movable) if joint.is_cross else 0.0,
             **numbers,  # type: ignore[arg-type]
         )
-
-    def _joined(
-        self, item: _Moving, every: list[ForceReversal], speed: float
-    ) -> list[ForceReversal]:
-        """Return reversals, each with the way to the next and the forces on it."""
-        sense, found = float(np.sign(speed)), []
-        for index, one in enumerate(every):
-            after = every[(index + int(sense)) % len(every)]
-            way = sense * (after.position - one.position) % self.period or self.period
-            ahead = item.course.greatest(one.position, way, sense)
-            found.append(replace(one, way=way, ahead=tuple(ahead.tolist())))
-        return found
-
-
-class _Moving(NamedTuple):
-    """A joint with its force, where that is least, and the mass by which its damping is meant."""
-
-    joint: OpenedJoint
-    force: Array
-    course: ForceCourse
-    swings: list[Swing]
-    mean_mass: float
-    massless: str
-
-
-class _Case(NamedTuple):
-    """A swing of a joint's forces, with what moves there and what it strikes.
-
-    The model and the least force are those of the bearing that carries most.
-    """
-
-    of: _Moving
-    swing: Swing
-    mobility: Mobility
-    least: float
-    model: ImpactModel
 
 
 def _longest(model: ImpactModel, least: float) -> float:
@@ -397,41 +361,10 @@ def _longest(model: ImpactModel, least: float) -> float:
     if isinstance(law, StiffnessLaw):
         if least == 0.0:
             return np.inf
-        force = np.asarray(min(least, _BELOW_LIMIT * law.limit(clearance)))
+        # Half the greatest force is one of which a contact has a stiffness.
+        force = np.asarray(min(least, 0.5 * law.limit(clearance)))
         law = float(law.stiffness(force, clearance))
     return max(from_rest, 2.0 * ratio * float(np.sqrt(mass / law)))
-
-
-def _estimated(cases: list[_Case]) -> list[Estimates]:
-    """Return what impacts are estimated to be, in few calls: each costs more than its arrays."""
-    found: dict[int, Estimates] = {}
-    groups: dict[tuple[str, StiffnessLaw] | None, list[int]] = {}
-    for index, case in enumerate(cases):
-        # A law takes one clearance at a time.
-        law = case.model.stiffness
-        key = (case.of.joint.name, law) if isinstance(law, StiffnessLaw) else None
-        groups.setdefault(key, []).append(index)
-    for key, group in groups.items():
-        some = [cases[index].model for index in group]
-        given: dict[str, Any] = {
-            name: np.array([getattr(model, name) for model in some])
-            for name in ("mass", "stiffness", "clearance", "slope", "damping_ratio")
-        }
-        if key:
-            given |= {"stiffness": key[1], "clearance": some[0].clearance}
-        try:
-            with np.errstate(over="raise"):
-                values = estimates(**given, start=some[0].start)
-        except FloatingPointError:
-            raise ArgumentError(
-                "clearance and stiffness are so great, or so small, that impacts overflow; "
-                "clearance is in m, stiffness in N/m"
-            ) from None
-        except ArgumentError as error:
-            raise ArgumentError(f"joint {key[0]!r}: {error}" if key else str(error)) from error
-        for place, index in enumerate(group):
-            found[index] = Estimates(*(value[place] for value in values))
-    return [found[index] for index in range(len(cases))]
 
 
 def _verified(
@@ -440,12 +373,11 @@ def _verified(
     """Return reversals beside simulations, and joints of which there is none to why."""
     items: list[ComparedReversal] = []
     failed: dict[str, str] = {}
-    with Task("simulating joints", len(scanned.ranking)) as task:
-        for done, name in enumerate(scanned.ranking):
+    names = [name for name in scanned.ranking if scanned[name].reversals]
+    with Task("simulating joints", len(names)) as task:
+        for done, name in enumerate(names):
             task.tell(done)
             joint = scanned[name]
-            if not joint.reversals:
-                continue
             pins = list(joint.clearance)
             if joint.radius and len(joint.bearings) < 2 * len(pins):
                 failed[name] = "a simulation opens both bearings of a pin"
@@ -464,8 +396,7 @@ def _verified(
                 )
                 if simulation.trajectory.reason == INTERRUPTED:
                     # By Ctrl-C, which is meant for those that follow as well.
-                    rest = (item for item in scanned.ranking[done:] if scanned[item].reversals)
-                    failed |= dict.fromkeys(rest, INTERRUPTED)
+                    failed |= dict.fromkeys(names[done:], INTERRUPTED)
                     break
                 items += compare(scanned, simulation)
             except CardanError as error:
@@ -473,20 +404,18 @@ def _verified(
     return ScanComparison(items), failed
 
 
-def _greatest(joint: JointScan, items: ScanComparison) -> dict[str, float]:
+def _simulated(joint: JointScan, items: ScanComparison) -> dict[str, float]:
     """Return the greatest simulated force of each bearing of a joint."""
-    found: dict[str, float] = {}
-    for item in items:
-        if item.joint in joint.bearings:
-            most = float(np.max(item.simulated))
-            found[item.joint] = max(most, found.get(item.joint, 0.0))
-    return found
+    return {
+        name: max(float(np.max(item.simulated)) for item in items if item.joint == name)
+        for name in joint.bearings
+        if any(item.joint == name for item in items)
+    }
 
 
 def _law(joint: JointScan, pin: str) -> LinearContact:
     """Return the contact of a pin's bearings at the worst reversal of a joint."""
     bearings = joint.by_bearing()
     own = bearings[pin if pin in bearings else f"{pin}+"]
-    index = joint.reversals.index(joint.worst)
-    worst = own.reversals[index]
+    worst = own.reversals[joint.reversals.index(joint.worst)]
     return LinearContact(worst.stiffness, worst.damping)

@@ -6,8 +6,10 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pinocchio
 
 from ...core.elements.contact_laws import ContactLaw, LinearContact
+from ...core.response.identity import forces_identity
 from ...kit.arrays import Array
 from ...kit.checks import described, mapping, number, positive
 from ...kit.differences import displacements, slopes
@@ -16,13 +18,15 @@ from ...kit.roots import zero
 from .arguments import (
     clearance_of,
     damping_ratio_of,
-    made_of,
+    is_cross,
+    joint_names,
     of_joint,
     period_of,
     pins_of,
     refuse_unknown,
     scene_of,
     speed_of,
+    universal_pins,
 )
 from .contact_simulation import ContactSimulation
 from .opened_joint import OpenedJoint, across_pin, mean_positions, what_is_open
@@ -32,8 +36,6 @@ if TYPE_CHECKING:
     from ...core.mechanism.mechanism import Mechanism
     from ...scene.scene import Scene
 
-_SEARCHED = 180
-"""Positions over a period among which it begins."""
 _DEEPEST = 1e3
 """Greatest depth, in clearances, at which a wall is looked for that bears the force."""
 
@@ -67,7 +69,8 @@ def simulate(
     Args:
         scene: with one drive that turns.
         speed: of the drive, the first one if it is free [rad/s].
-        joints: names of the turning joints that have clearance.
+        joints: names of the turning joints that have clearance; the link that is a cross stands for
+            both of its pins, which need a `radius`.
         clearance: difference 2 s of the diameters of bush and pin [m], of all joints or by name.
         law: of the contact, likewise, such as `HuntCrossley`.
         stiffness: instead of a law, that of a `LinearContact`, likewise [N/m].
@@ -112,7 +115,7 @@ def simulate(
     if rotor is not None:
         found = found._replace(scene=found.scene.replace(free=found.scene.coordinates))
     trajectory = found.scene.simulate(duration, **start, **limits)
-    same = made_of(scene.problem, rotor)
+    same = forces_identity(scene.problem, rotor=None if rotor is None else float(rotor))
     return ContactSimulation(trajectory, found.contacts, found.drive, begun.speed, same)
 
 
@@ -174,7 +177,14 @@ class RigidStart:
         self._period = period_of(scene.solver)
         if joints is None:
             raise ArgumentError("joints is None; name those that have clearance")
-        self.joints, _ = pins_of(scene.problem, joints)
+        mechanism, found = scene.mechanism, []
+        for name in joint_names(joints):
+            owner, _, _ = name.rpartition(".")
+            if is_cross(mechanism, name) and name not in mechanism.joints:
+                found += [pin.name for pin in universal_pins(mechanism, name)]
+            else:
+                found.append(owner if owner in mechanism.joints else name)
+        self.joints, _ = pins_of(scene.problem, found)
         self.reach = self._reach(radius)
         self.position = self._steady() if position is None else number("position", position)
 
@@ -193,9 +203,9 @@ class RigidStart:
 
     def _steady(self) -> float:
         """Position of the drive at which all forces are far from a reversal [rad]."""
-        positions = self._period / _SEARCHED * np.arange(_SEARCHED)
+        positions = self._period * np.arange(180) / 180
         sweep = self._scene.sweep(positions, self.speed)
-        least = np.ones(_SEARCHED)
+        least = np.ones(len(positions))
         for name in self.joints:
             sizes = np.linalg.norm(self._force(sweep, name, self.reach.get(name)), axis=1)
             if np.any(sizes > 0.0):
@@ -223,13 +233,14 @@ class RigidStart:
             pins: of the joints.
             is_free: whether nobody moves the drive.
         """
-        begun = self._slides(opened.scene.mechanism, pins)
-        free = {name: begun[name] for name in opened.scene.coordinates if name != opened.drive}
-        positions = {opened.drive: self.position, **{name: at for name, (at, _) in free.items()}}
-        speeds = {name: rate for name, (_, rate) in free.items()}
-        if is_free:
-            return {"position": positions, "speed": {opened.drive: self.speed, **speeds}}
-        return {"position": positions, "speed": speeds, "motion": {opened.drive: self.speed}}
+        begun, drive = self._slides(opened.scene.mechanism, pins), opened.drive
+        free = [name for name in opened.scene.coordinates if name != drive]
+        driven = {drive: self.speed}
+        return {
+            "position": {drive: self.position, **{name: begun[name][0] for name in free}},
+            "speed": {**(driven if is_free else {}), **{name: begun[name][1] for name in free}},
+            **({} if is_free else {"motion": driven}),
+        }
 
     def _slides(self, opened: Mechanism, pins: Sequence[OpenPin]) -> dict[str, tuple[float, float]]:
         """Return positions and speeds of the slides and tilts of open joints by name.
@@ -237,8 +248,7 @@ class RigidStart:
         Those whose force is not unique begin in the middle of the clearance, at rest.
         """
         unit = np.ones(1)  # A radian.
-        ways = np.append(0.0, displacements(unit))
-        sweep = self._scene.sweep(self.position + ways, self.speed)
+        sweep = self._scene.sweep(self.position + np.append(0.0, displacements(unit)), self.speed)
         result: dict[str, tuple[float, float]] = {}
         for item in pins:
             places = self._places(sweep, opened, item)
@@ -251,23 +261,21 @@ class RigidStart:
         """Return the places `(N, k)` of a pin along its slides and tilts where walls bear it."""
         force = self._force(sweep, pin.joint, pin.reach)
         sizes = np.linalg.norm(force, axis=1)
-        parts = opened.joint(pin.joint).parts
-        result = np.zeros((len(force), len(parts) - 1))
+        *ways, turn = opened.joint(pin.joint).parts
+        result = np.zeros((len(force), len(ways)))
         if not np.all(sizes > 0.0):
             return result
-        # The wall pushes the pin back, into the middle.
-        away = -force / sizes[:, None]
         depths = np.array([_depth(pin, size) for size in sizes.tolist()])
-        offsets = away * (0.5 * pin.clearance + depths)[:, None]
-        axis, angles = parts[-1].axis, np.asarray(sweep.motion.position(pin.joint))
-        child = np.asarray(sweep.rotation(pin.joint))
-        for k in range(len(force)):
-            bush = child[k] @ _turn(axis, -float(angles[k]))
-            if pin.reach is None:
-                result[k] = [offsets[k] @ (bush @ part.axis) for part in parts[:2]]
-                continue
-            tilt = np.cross(bush @ axis, offsets[k]) / pin.reach
-            result[k, 2:] = [tilt @ (bush @ part.axis) for part in parts[2:4]]
+        # The wall pushes the pin back, into the middle.
+        offsets = -force * ((0.5 * pin.clearance + depths) / sizes)[:, None]
+        angles = np.asarray(sweep.motion.position(pin.joint)).tolist()
+        for k, child in enumerate(sweep.rotation(pin.joint)):
+            bush = child @ pinocchio.exp3(-angles[k] * turn.axis)
+            along = offsets[k]
+            if pin.reach is not None:
+                along = np.cross(bush @ turn.axis, along) / pin.reach
+            kind = "prismatic" if pin.reach is None else "revolute"
+            result[k] = [along @ (bush @ part.axis) * (part.kind == kind) for part in ways]
         return result
 
     def _force(self, sweep: Any, name: str, reach: float | None) -> Array:
@@ -304,10 +312,3 @@ def _depth(pin: OpenPin, force: float) -> float:
                 f"into the wall than {_DEEPEST:g} times the clearance; its contact is too soft"
             )
     return zero(missing, 0.0, deepest)
-
-
-def _turn(axis: Array, angle: float) -> Array:
-    """Return the rotation about a unit axis."""
-    x, y, z = axis.tolist()
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * (skew @ skew))

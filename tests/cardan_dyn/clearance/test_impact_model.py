@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 from cardan_dyn import ArgumentError
 from cardan_dyn.analytic.damped_impact import damped_peak
 from cardan_dyn.clearance import ImpactModel, PinGeometry
-from cardan_dyn.motion.clearance.impact_model import estimates
 
 PAPER = ImpactModel(3.6, 1e7, 1e-4, 360e3, start="rest")
 PIN = PinGeometry(0.02, 0.01, seat_stiffness=3e7)
@@ -101,7 +100,7 @@ def test_a_peak_beyond_the_contact_is_refused() -> None:
 
 def test_whole_arrays() -> None:
     masses, slopes = np.array([2.0, 3.0, 4.0]), np.array([1e6, 2e6, 5e5])
-    found = estimates(masses, PIN, 1e-4, slopes, 0.2)
+    found = ImpactModel(1.0, PIN, 1e-4, 1e6, 0.2).of(mass=masses, slope=slopes)
     for index, (mass, slope) in enumerate(zip(masses, slopes, strict=True)):
         one = ImpactModel(mass, PIN, 1e-4, slope, 0.2).estimate
         for name, value in one._asdict().items():

@@ -11,10 +11,9 @@ from testkit.pin_rigs import compound, displaced, scene
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, ModelError
 from cardan_dyn.clearance import PinGeometry
-from cardan_dyn.motion.clearance.joint_arguments import opened_joints
+from cardan_dyn.motion.clearance.arguments import opened_joints, universal_pins
 from cardan_dyn.motion.clearance.opened_joint import OpenedJoint
 from cardan_dyn.motion.clearance.pin_geometry import StiffnessLaw
-from cardan_dyn.motion.clearance.universal_joint import cross_places, universal_pins
 
 GIVEN = {
     "radius": {"pin_in": 0.05, "pin_out": 0.04},
@@ -120,15 +119,23 @@ def turn() -> cd.Sweep:
     return STILL.sweep(PHI, 150.0)
 
 
+def axes_of(turn: cd.Sweep) -> list[np.ndarray]:
+    """Axes of the pins of a rig in the world, from the motion of their joints."""
+    found = []
+    for name in ("pin_in", "pin_out"):
+        (part,) = turn.mechanism.joint(name).parts
+        found.append(turn.rotation(name) @ part.axis)
+    return found
+
+
 def test_forces_of_both_bearings_are_the_moment_of_the_pin(turn: cd.Sweep) -> None:
     pins = universal_pins(turn.mechanism, "cross")
     assert [pin.name for pin in pins] == ["pin_in", "pin_out"]
-    placed = cross_places(turn.motion, pins)
     radius = dict(zip(("pin_in", "pin_out"), RADIUS.tolist(), strict=True))
     joints, _ = opened_joints(STILL.solver, None, "cross", None, 1e-5, 1e8, radius)
     found = joints["cross"].forces(turn, turn.motion).world
-    for index, pin in enumerate(pins):
-        axis, wrench = placed.axes[index], turn.wrench(pin.joint, "world")
+    for index, (pin, axis) in enumerate(zip(pins, axes_of(turn), strict=True)):
+        wrench = turn.wrench(pin.joint, "world")
         first, second = found[:, 2 * index], found[:, 2 * index + 1]
         moment = np.cross(RADIUS[index] * axis, first - second)
         expected = wrench.moment - axis * np.sum(wrench.moment * axis, axis=1, keepdims=True)
@@ -136,23 +143,27 @@ def test_forces_of_both_bearings_are_the_moment_of_the_pin(turn: cd.Sweep) -> No
 
 
 def test_a_joint_of_type_universal_has_the_same_pins() -> None:
-    own, plain = (scene(urdf, BETA).sweep(PHI) for urdf in (compound(), "thoma_rig"))
+    own, plain = scene(compound(), BETA), scene("thoma_rig", BETA)
     pins = universal_pins(own.mechanism, "coupling")
     assert [pin.name for pin in pins] == ["coupling.turn_1", "coupling.turn_2"]
-    found = cross_places(own.motion, pins)
-    expected = cross_places(plain.motion, universal_pins(plain.mechanism, "cross"))
-    np.testing.assert_allclose(found.axes, expected.axes, atol=1e-12)
-    np.testing.assert_allclose(found.frames, expected.frames, atol=1e-12)
+    forces = []
+    for still, name in ((own, "coupling"), (plain, "cross")):
+        turn = still.sweep(PHI, 150.0)
+        joints, _ = opened_joints(still.solver, None, name, None, 1e-5, 1e8, 0.05)
+        forces.append(joints[name].forces(turn, turn.motion).world)
+        frames = [joints[name].mobility(x).frames for x in turn.motion.rows]
+        for index, axis in enumerate(axes_of(turn) if still is plain else ()):
+            across = np.array([frame[2 * index] for frame in frames])
+            np.testing.assert_allclose(np.cross(across[:, 0], across[:, 1]), axis, atol=1e-12)
+    np.testing.assert_allclose(forces[0], forces[1], atol=1e-9 * np.max(np.abs(forces[1])))
 
 
 def test_centres_are_found_where_axes_meet() -> None:
     """Where along its pin a joint has its origin changes nothing in the pairs of forces."""
     pairs = []
-    for urdf, offsets in (("thoma_rig", (0.0, 0.0)), (displaced(), (-0.01, -0.02))):
+    for urdf in ("thoma_rig", displaced()):
         still = scene(urdf, BETA)
         turn = still.sweep(PHI, 150.0)
-        placed = cross_places(turn.motion, universal_pins(turn.mechanism, "cross"))
-        np.testing.assert_allclose(placed.offsets, offsets, atol=1e-15)
         joints, _ = opened_joints(still.solver, None, "cross", None, 1e-5, 1e8, 0.05)
         forces = joints["cross"].forces(turn, turn.motion).local
         pairs.append(forces[:, ::2] - forces[:, 1::2])
@@ -173,10 +184,9 @@ def test_what_is_no_universal_joint(name: str, message: str) -> None:
 
 
 def test_parallel_pins_make_no_cross() -> None:
-    mechanism = cd.load("four_bar")
-    turn = cd.Scene(mechanism, drive="crank_bearing").sweep([0.1])
+    bar = cd.Scene(cd.load("four_bar"), drive="crank_bearing")
     with pytest.raises(ModelError, match="'crank_pin' and 'rocker_pin' are parallel"):
-        cross_places(turn.motion, universal_pins(mechanism, "coupler"))
+        cd.clearance.scan(bar, 1.0, joints="coupler", radius=0.01, clearance=1e-5, stiffness=1e8)
 
 
 def test_bearings_by_name() -> None:

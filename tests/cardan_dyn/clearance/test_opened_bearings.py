@@ -8,7 +8,7 @@ from testkit.pin_rigs import THETA, compound, rig, scene
 
 import cardan_dyn as cd
 from cardan_dyn import ModelError
-from cardan_dyn.motion.clearance.joint_arguments import opened_joints
+from cardan_dyn.motion.clearance.arguments import opened_joints
 from cardan_dyn.motion.clearance.opened_joint import Mobility
 
 BETA, RADIUS = np.radians(20.0), 0.05

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
+from testkit import pin_rigs
 from testkit.loose_slider_crank import LooseSliderCrank
 
 import cardan_dyn as cd
@@ -317,3 +319,28 @@ def test_a_response_is_no_scene() -> None:
 def test_a_scene_without_speed_is_refused() -> None:
     with pytest.raises(cd.ArgumentError, match="speed is 0"):
         clearance.simulate(scene(), 0.0, joints="crank_pin", clearance=1e-4, stiffness=1e8)
+
+
+BEARINGS: dict[str, Any] = {"clearance": 1e-5, "radius": 0.05, "turns": 0.02, "rtol": 1e-7}
+
+
+def test_a_cross_stands_for_both_of_its_pins() -> None:
+    turning = pin_rigs.scene(pin_rigs.rig(0.5, (2e-4, 3e-4, 4e-4)), 0.3)
+    law = cd.LinearContact(1e8, 1e3)
+    found, pins = (
+        clearance.simulate(turning, 150.0, joints=joints, law=law, **BEARINGS)
+        for joints in ("cross", ["pin_in", "pin_out"])
+    )
+    assert list(found) == ["pin_in+", "pin_in-", "pin_out+", "pin_out-"]
+    for name in found:
+        np.testing.assert_array_equal(found[name].force, pins[name].force)
+        assert found[name].peak > 100.0
+
+
+@pytest.mark.parametrize("joints", ["coupling", "coupling.turn_1"])
+def test_a_universal_joint_without_a_cross_says_what_to_do(joints: str) -> None:
+    turning = pin_rigs.scene(pin_rigs.compound(), 0.3)
+    with pytest.raises(cd.ModelError, match="describe the cross as a link with mass between two"):
+        clearance.simulate(turning, 150.0, joints=joints, stiffness=1e8, **BEARINGS)
+    scanned = clearance.scan(turning, 150.0, clearance=1e-5, stiffness=1e8)
+    assert "A scan takes it with radius=" in scanned.left_out["coupling"]

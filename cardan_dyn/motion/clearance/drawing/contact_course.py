@@ -19,7 +19,7 @@ from ....figures.style import (
 from ....kit.arrays import Array
 from ....kit.checks import positive
 from ....kit.errors import ArgumentError
-from ..contact_simulation import ContactSimulation, finer
+from ..contact_simulation import ContactSimulation, finely
 from ..scan_results import JointScan, Scan
 
 
@@ -60,48 +60,31 @@ def contact_course(
         raise ArgumentError(
             f"the scan is of {scanned.speed:g} rad/s, the simulation of {simulation.speed:g} rad/s"
         )
-    position, force = _fine(simulation, joint, 2.0 * np.pi * turns)
+    coarse = simulation[joint].position
+    (kept,) = np.nonzero(np.abs(coarse - coarse[-1]) <= 2.0 * np.pi * turns)
+    course = finely(simulation, joint, kept[0])
+    position = course.position
     drawn = sheet(size=(7.2, 4.4), ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    degrees = np.rad2deg(position)
-    axes.plot(
-        degrees, force, **{**line_style(0), "linewidth": 1.0}, label="simulated, with clearance"
-    )
+    look = {**line_style(0), "linewidth": 1.0}
+    axes.plot(np.rad2deg(position), course.force, **look, label="simulated, with clearance")
     if scanned is not None:
-        bearings = scanned.by_bearing()
-        of = bearings[joint] if joint in bearings else scanned[joint]
-        _beside(axes, of, scanned.speed, position)
+        _beside(axes, scanned.by_bearing().get(joint) or scanned[joint], scanned.speed, position)
     angle_axis(axes, f"rotation of {simulation.drive}, all turns counted [°]", position)
     axes.set_ylabel(f"force in {plain(joint)} [N]")
     axes.set_ylim(bottom=0.0)
     return drawn.finish(title, 3)
 
 
-def _fine(simulation: ContactSimulation, joint: str, angle: float) -> tuple[Array, Array]:
-    """Return the drive's positions over the last of them, and the forces there."""
-    coarse = simulation[joint]
-    kept = np.flatnonzero(np.abs(coarse.position - coarse.position[-1]) <= angle)
-    times = simulation.time[kept[0] :]
-    # Impacts are shorter than they are far apart: their corners and peaks are points of the line.
-    located = [(item.start, item.peak_time, item.end) for item in coarse.impacts]
-    corners = np.ravel(located)
-    corners = corners[(corners > times[0]) & (corners < times[-1])]
-    course = simulation.at(np.unique(np.concatenate([finer(times), corners])))[joint]
-    return course.position, course.force
-
-
 def _beside(axes: Axes, joint: JointScan, speed: float, position: Array) -> None:
     """Draw the force without clearance, and the peaks of a scan."""
-    first = float(joint.position[0])
-    period = float(joint.position[1]) - first
-    period *= len(joint.position)
     rigid = np.linalg.norm(joint.force, axis=1)
-    there = np.interp(position, joint.position, rigid, period=period)
+    there = np.interp(position, joint.position, rigid, period=joint.period)
     axes.plot(np.rad2deg(position), there, **line_style(1), label="without clearance")
     low, high = float(np.min(position)), float(np.max(position))
     for item in joint.reversals:
         struck = item.position + speed * item.contact_time
-        at = low + (struck - low) % period
+        at = low + (struck - low) % joint.period
         while at <= high:
             axes.plot(np.rad2deg(at), item.peak, **point_style(1), label="peak of the scan")
-            at += period
+            at += joint.period

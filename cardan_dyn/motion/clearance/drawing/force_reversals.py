@@ -25,9 +25,6 @@ from ....kit.arrays import Array
 from ....kit.errors import ArgumentError
 from ..scan_results import ForceReversal, JointScan, Scan
 
-_ARROW = 0.35
-"""Length of the arrow of a reversal, as a fraction of the greatest force."""
-
 
 @in_look
 def force_reversals(
@@ -95,9 +92,9 @@ def _draw(axes: Axes, joint: JointScan, columns: list[int], half: float) -> None
     # The period's end is its beginning.
     closed = np.concatenate([ends, ends[:1]])
     diagram(axes, np.append(joint.position, np.inf), closed, half)
-    greatest = float(np.max(np.linalg.norm(ends, axis=1)))
+    length = 0.35 * float(np.max(np.linalg.norm(ends, axis=1)))
     for item in joint.reversals:
-        _arrow(axes, item, _ARROW * greatest * item.direction[columns])
+        _arrow(axes, item, length * item.direction[columns])
 
 
 def _arrow(axes: Axes, item: ForceReversal, tip: Array) -> None:

@@ -11,10 +11,6 @@ from ..scan_results import Scan
 _BAR = 0.36
 """Width of a bar, where joints are 1 apart."""
 _LESS = -0.1
-_ROW, _ROOM = 0.55, 2.2
-"""Height of the figure per joint, and for all that surrounds them [inch]."""
-_SPREAD = 0.6
-"""Width over which the points of a joint are spread, where joints are 1 apart."""
 
 
 @in_look
@@ -42,7 +38,7 @@ def impact_ranking(
     ranking = scanned.ranking
     places = np.arange(len(ranking))
     joints = [scanned[name] for name in ranking]
-    size = (10.5, _ROOM + _ROW * len(ranking))
+    size = (10.5, 2.2 + 0.55 * len(ranking))
     drawn = sheet(1, 2, size=size, ax=ax, figsize=figsize)
     forces, effects = drawn.panels
     rigid = [joint.rigid_peak for joint in joints]
@@ -70,7 +66,7 @@ def impact_ranking(
     parameters = next((list(found) for found in bought if found is not None), [])
     for index, name in enumerate(parameters):
         values = [np.nan if found is None else 100.0 * found[name] for found in bought]
-        beside = _SPREAD * (index / (len(parameters) - 1) - 0.5)
+        beside = 0.6 * (index / (len(parameters) - 1) - 0.5)
         effects.plot(values, places + beside, **point_style(index), label=f"less {name}")
     effects.axvline(0.0, color="0.3", linewidth=0.9)
     effects.set_xlabel(f"change of the two-mass peak with {-100.0 * _LESS:g} % less [%]")

@@ -14,11 +14,6 @@ from ....figures.style import Figure, Into, Size, in_look, line_style, point_sty
 from ..impact_model import ImpactModel
 from ..scan_results import ForceReversal, Scan
 
-_RANGE = (0.5, 20.0)
-"""Range of τ that is drawn at least."""
-_POINTS = 400
-_UNDAMPED = {(0.0, "release"), (0.0, "rest")}
-
 
 @in_look
 def peak_factor(
@@ -46,9 +41,10 @@ def peak_factor(
     Source:
         Dresig and Thümmel (36), Bild 5.
     """
-    models = _models(of)
+    every = of.worst if isinstance(of, Scan) else of or {}
+    models = {name: m.model if isinstance(m, ForceReversal) else m for name, m in every.items()}
     taus = [float(model.estimate.tau) for model in models.values()]
-    tau = np.geomspace(min([_RANGE[0], *taus]), max([_RANGE[1], *taus]), _POINTS)
+    tau = np.geomspace(min([0.5, *taus]), max([20.0, *taus]), 400)
     drawn = sheet(size=(7.2, 5.4), ax=ax, figsize=figsize)
     (axes,) = drawn.panels
     below, above = peak_factor_limits(tau)
@@ -59,8 +55,8 @@ def peak_factor(
         "6/τ: impact alone": above,
     }
     # A joint has one damper, which is another fraction of critical at each of its reversals.
-    kinds = sorted({(round(m.damping_ratio, 2), m.start) for m in models.values()} - _UNDAMPED)
-    for ratio, start in kinds:
+    kinds = {(round(m.damping_ratio, 2), m.start) for m in models.values()}
+    for ratio, start in sorted(kind for kind in kinds if kind[0]):
         # Mass, stiffness and ramp of 1: half the clearance is τ³/12.
         half = tau**3 / 12.0
         damped = damped_peak(1.0, 1.0, half, 1.0, ratio, start=start) / half
@@ -74,13 +70,3 @@ def peak_factor(
     axes.set_xlabel("characteristic number τ [–]")
     axes.set_ylabel("f(τ) = peak / (c s) [–]")
     return drawn.finish(title or "Peak of the force after an impact (Bild 5)", 3)
-
-
-def _models(
-    of: Scan | Mapping[str, ForceReversal | ImpactModel] | None,
-) -> dict[str, ImpactModel]:
-    """Return models by label, of a scan those of the worst reversals."""
-    if of is None:
-        return {}
-    every = of.worst if isinstance(of, Scan) else of
-    return {name: m.model if isinstance(m, ForceReversal) else m for name, m in every.items()}

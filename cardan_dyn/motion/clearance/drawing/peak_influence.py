@@ -21,9 +21,6 @@ _AXES = {
     "stiffness": (1e-6, "stiffness c [N/µm]"),
 }
 """Of each parameter the factor to its unit on the axis, and the label there."""
-_COLUMNS = 3
-_BEYOND = 0.6
-"""Width of a curve where its estimate does not hold [pt]."""
 
 
 @in_look
@@ -60,7 +57,7 @@ def peak_influence(
     wanted = names(parameters)
     if not shown or not wanted:
         raise ArgumentError("there is no reversal or no parameter to be drawn")
-    columns = min(len(wanted), _COLUMNS)
+    columns = min(len(wanted), 3)
     rows = -(-len(wanted) // columns)
     drawn = sheet(
         rows,
@@ -76,7 +73,7 @@ def peak_influence(
             unit, axis = _AXES[parameter]
             value, color = unit * found.value, line_style(index)["color"]
             beyond = "beyond where the estimate holds" if not np.all(found.holds) else None
-            panel.plot(value, found.peak, color=color, linewidth=_BEYOND, label=beyond)
+            panel.plot(value, found.peak, color=color, linewidth=0.6, label=beyond)
             model = found.model
             at = 1.0 if parameter == "speed" else float(getattr(model, parameter))
             panel.plot(unit * at, float(model.estimate.peak), **point_style(index))

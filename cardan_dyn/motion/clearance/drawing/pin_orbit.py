@@ -8,11 +8,7 @@ from ....figures.polar import columns_of
 from ....figures.style import Figure, Into, Size, in_look, line_style, point_style, sheet
 from ....kit.arrays import Array
 from ....kit.errors import ArgumentError
-from ..contact_simulation import ContactSimulation, JointContact, finer
-
-_MICRO = 1e6
-_CIRCLE = 361
-"""Points of the circle that bounds the clearance."""
+from ..contact_simulation import ContactSimulation, JointContact, finely
 
 
 @in_look
@@ -45,25 +41,21 @@ def pin_orbit(
     times = simulation.time
     if len(times) < 2:
         raise ArgumentError("an orbit is drawn over several times, not over one")
-    impacts = simulation[joint].impacts
-    # Where impacts begin and end are points of the lines, lest they cross from state to state.
-    bounds = np.ravel([(item.start, item.end) for item in impacts])
-    bounds = bounds[(bounds > times[0]) & (bounds < times[-1])]
-    course = simulation.at(np.unique(np.concatenate([finer(times), bounds])))[joint]
+    course = finely(simulation, joint)
     radius = float(np.median(np.linalg.norm(course.offset, axis=1) - course.depth))
-    way = _MICRO * _drawn(course, plane)
-    lines = _states(course, np.array([(item.start, item.end) for item in impacts]).reshape(-1, 2))
+    spans = [(item.start, item.end) for item in course.impacts]
+    lines = _states(course, np.reshape(spans, (-1, 2)))
     drawn = sheet(size=(6.2, 6.6), ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    turn = np.linspace(0.0, 2.0 * np.pi, _CIRCLE)
-    circle = _MICRO * radius * np.stack([np.cos(turn), np.sin(turn)])
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    circle = 1e6 * radius * np.stack([np.cos(turn), np.sin(turn)])
     axes.plot(*circle, color="0.55", linewidth=3.0, label="bounds of the clearance")
     for index, (label, state) in enumerate(lines.items()):
         style = {**line_style(index), "linewidth": 0.9}
-        axes.plot(*np.where(state[:, None], way, np.nan).T, **style, label=label)
-    starts = [item.start for item in impacts if times[0] < item.start <= times[-1]]
+        axes.plot(*np.where(state[:, None], _drawn(course, plane), np.nan).T, **style, label=label)
+    starts = [start for start, _ in spans if times[0] < start <= times[-1]]
     if starts:
-        points = _MICRO * _drawn(simulation.at(starts)[joint], plane)
+        points = _drawn(simulation.at(starts)[joint], plane)
         axes.plot(*points.T, **point_style(2), label="impact begins")
     for letter, name in zip(plane or "12", ("x", "y"), strict=True):
         of = f"{letter} from the bush's axis, world axes" if plane else f"way {letter} in the bush"
@@ -77,12 +69,12 @@ def _states(course: JointContact, impacts: Array) -> dict[str, Array]:
     middles = 0.5 * (course.time[1:] + course.time[:-1])
     begun, ended = (np.searchsorted(np.sort(column), middles) for column in impacts.T)
     pressed = begun > ended
-    states = {}
-    for label, parts in {"pressed": pressed, "free": ~pressed}.items():
-        states[label] = np.append(parts, False) | np.insert(parts, 0, False)
-    return states
+    return {
+        label: np.append(parts, False) | np.insert(parts, 0, False)
+        for label, parts in (("pressed", pressed), ("free", ~pressed))
+    }
 
 
 def _drawn(course: JointContact, plane: str | None) -> Array:
-    """Return the ways `(N, 2)` of a pin in a plane of the world, or in its bush if None [m]."""
-    return course.orbit if plane is None else course.offset[:, columns_of(plane)]
+    """Return the ways `(N, 2)` of a pin in a plane of the world, or in its bush if None [µm]."""
+    return 1e6 * (course.orbit if plane is None else course.offset[:, columns_of(plane)])
