@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
@@ -113,11 +114,10 @@ class Bodies:
     @cached_property
     def _stated_points(self) -> Array:
         """Points `(n, 3)` of joints and visuals [m]."""
-        drawn = self._drawn()
         centres = (
             self._swept(body, centre[None])
             for body in self._attachments
-            if body and body not in drawn and self._known(body)
+            if body and body not in self._drawn and self._known(body)
             if (centre := self._centre(body)) is not None
         )
         return np.concatenate(
@@ -132,122 +132,116 @@ class Bodies:
     @cached_property
     def _defaults(self) -> list[_Default]:
         """What stands for the links without visuals, and for universal joints."""
-        extent = float(np.linalg.norm(np.ptp(self._stated_points, axis=0)))
-        rod = rod_radius(self._attachments.values(), extent / 2.0 or self._length)
-        crosses = frozenset(
-            body
-            for body, items in self._attachments.items()
-            if body and is_cross(items, self._centre(body), rod)
-        )
-        drawn = self._drawn()
-        travel = {
-            item.joint: travel_of(
-                *(item, items, self._attachments[item.other], self._span(item, body), rod)
-            )._replace(is_free=not (self._stands(body) or self._stands(item.other)))
-            for body, items in self._attachments.items()
-            for item in items
-            if item.kind == "slide" and not item.is_child
-        }
-        down = downwards(self._attachments.get(0, ()))
-        sleeves = {
-            body: item
-            for body, items in self._attachments.items()
-            if body not in drawn and self._known(body) and self._centre(body) is None
-            if (item := sleeve_on(items, rod)) is not None
-        }
         found: list[_Default] = []
         for body, items in self._attachments.items():
-            if body in drawn or body not in self._link_of_body or not self._known(body):
+            if body in self._drawn or body not in self._link_of_body or not self._known(body):
                 continue
             if self._stands(body):
-                found += self._housings(body, items, down, sleeves, rod)
-            if body in sleeves:
-                continue
-            if self._stands(body):
-                found += self._bearings(body, items, down, crosses, travel, sleeves, rod)
-                continue
-            parts = Body(items, self._centre(body), crosses, travel, rod).parts()
-            path = f"/mechanism/{node_name(self._link_of_body[body])}"
-            found.append(_Default(path, body, parts))
-        return found + self._crosses({item.body for item in found} - {0, *sleeves}, rod)
+                found += self._bearings(body, items)
+            elif body not in self._sleeves:
+                parts = Body(items, self._centre(body), self._crosses, self._travel, self._rod)
+                found.append(_Default(self._path(body), body, parts.parts()))
+        made_up = {item.body for item in found} - {0, *self._sleeves}
+        return found + [*self._made_up_crosses(made_up)]
 
+    @cached_property
     def _drawn(self) -> set[int]:
-        """Return the bodies that have visuals; a floor alone holds no bearings."""
+        """Bodies that have visuals; a floor alone holds no bearings."""
         return {shape.body for shape in self.shapes if shape.kind != "plane"}
 
-    def _crosses(self, made_up: set[int], rod: float) -> list[_Default]:
-        """Return the crosses of universal joints that have no link for them.
+    @cached_property
+    def _rod(self) -> float:
+        """Radius of rods [m]."""
+        extent = float(np.linalg.norm(np.ptp(self._stated_points, axis=0)))
+        return rod_radius(self._attachments.values(), extent / 2.0 or self._length)
+
+    @cached_property
+    def _crosses(self) -> frozenset[int]:
+        """Bodies that are crosses of universal joints."""
+        return frozenset(
+            body
+            for body, items in self._attachments.items()
+            if body and is_cross(items, self._centre(body), self._rod)
+        )
+
+    @cached_property
+    def _sleeves(self) -> dict[int, Attachment]:
+        """Bodies that are sleeves about shafts, and in which joint these turn."""
+        return {
+            body: item
+            for body, items in self._attachments.items()
+            if body not in self._drawn and self._known(body) and self._centre(body) is None
+            if (item := sleeve_on(items, self._rod)) is not None
+        }
+
+    @cached_property
+    def _travel(self) -> dict[str, Travel]:
+        """Where each slide goes over the shown samples."""
+        found = {}
+        for body, items in self._attachments.items():
+            for item in items:
+                if item.kind == "slide" and not item.is_child:
+                    others, span = self._attachments[item.other], self._span(item, body)
+                    free = not (self._stands(body) or self._stands(item.other))
+                    way = travel_of(item, items, others, span, self._rod)
+                    found[item.joint] = way._replace(is_free=free)
+        return found
+
+    def _path(self, body: int, *more: str) -> str:
+        names = (self._link_of_body[body], *more)
+        return f"/mechanism/{' '.join(map(node_name, names))}"
+
+    def _made_up_crosses(self, made_up: set[int]) -> Iterator[_Default]:
+        """Yield the crosses of universal joints that have no link for them.
 
         Args:
             made_up: bodies that have default shapes, of which a joint has at least one.
-            rod: radius of rods [m].
         """
-        found = []
         for body, items in self._attachments.items():
             for item in items:
-                if item.kind != "cross" or not item.is_child or not {body, item.other} & made_up:
-                    continue
-                if not (self._known(body) and self._known(item.other)):
-                    continue
-                other = next(
-                    end for end in self._attachments[item.other] if end.joint == item.joint
-                )
-                turn, place = self._placement(body)
-                own = np.broadcast_to(turn @ item.axis, (len(self._samples), 3))
-                across = np.broadcast_to(self._placement(item.other)[0] @ other.axis, own.shape)
-                axes = np.stack([across, own, np.cross(across, own)], axis=2)
-                pose = Pose.of(place + turn @ item.point, forms.quaternions(axes))
-                path = f"/mechanism/{node_name(self._link_of_body[body])} {node_name(item.joint)}"
-                parts = cross(
-                    [np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])], np.zeros(3), rod
-                )
-                found.append(_Default(path, body, parts, pose))
-        return found
+                known = self._known(body) and self._known(item.other)
+                if (
+                    item.kind == "cross"
+                    and item.is_child
+                    and known
+                    and {body, item.other} & made_up
+                ):
+                    turn, place = self._placement(body)
+                    own = np.broadcast_to(turn @ item.axis, (len(self._samples), 3))
+                    other = self._other_end(item)
+                    across = np.broadcast_to(self._placement(item.other)[0] @ other.axis, own.shape)
+                    axes = np.stack([across, own, np.cross(across, own)], axis=2)
+                    pose = Pose.of(place + turn @ item.point, forms.quaternions(axes))
+                    parts = cross([*np.eye(3)[:2]], np.zeros(3), self._rod)
+                    yield _Default(self._path(body, item.joint), body, parts, pose)
 
-    def _bearings(
-        self,
-        body: int,
-        items: list[Attachment],
-        down: Array,
-        crosses: frozenset[int],
-        travel: dict[str, Travel],
-        sleeves: dict[int, Attachment],
-        rod: float,
-    ) -> list[_Default]:
-        """Return the bearings of what moves on a body that stands still."""
-        found = []
-        turn = self._placement(body)[0][0].T
-        for item in items:
-            if self._stands(item.other) or not self._known(item.other) or item.other in sleeves:
-                continue
-            way = turn @ self._placement(item.other)[0][0] @ self._leaving(item)
-            span = travel.get(item.joint, Travel())
-            joint = self._sweep.mechanism.joints[item.joint]
-            along = beside(self._sweep.mechanism, joint, np.inf)
-            parts = bearing(item, turn @ down, way, along, crosses, span, rod)
-            found.append(_Default(f"/bearings/{node_name(item.joint)}", body, parts))
-        return found
+    def _other_end(self, item: Attachment) -> Attachment:
+        """Return a joint as the body on its other side has it."""
+        return next(end for end in self._attachments[item.other] if end.joint == item.joint)
 
-    def _housings(
-        self,
-        body: int,
-        items: list[Attachment],
-        down: Array,
-        sleeves: dict[int, Attachment],
-        rod: float,
-    ) -> list[_Default]:
-        """Return housings on a body that stands still, of sleeves in which shafts turn."""
-        found = []
+    def _bearings(self, body: int, items: list[Attachment]) -> Iterator[_Default]:
+        """Yield the bearings of what moves on a body that stands still.
+
+        Of sleeves in which shafts turn, they are housings.
+        """
         turn = self._placement(body)[0][0].T
+        down = turn @ downwards(self._attachments.get(0, ()))
         for item in items:
-            shaft = sleeves.get(item.other)
-            if body in sleeves or shaft is None:
+            shaft, along, travel = self._sleeves.get(item.other), 0.0, Travel()
+            if body in self._sleeves:
                 continue
-            axis = turn @ self._placement(item.other)[0][0] @ shaft.axis
-            seat = item._replace(kind="turn", axis=axis)
-            parts = bearing(seat, turn @ down, axis, 0.0, frozenset(), Travel(), rod)
-            found.append(_Default(f"/bearings/{node_name(item.joint)}", body, parts))
-        return found
+            if shaft is not None:
+                way = turn @ self._placement(item.other)[0][0] @ shaft.axis
+                item = item._replace(kind="turn", axis=way)
+            elif self._stands(item.other) or not self._known(item.other):
+                continue
+            else:
+                way = turn @ self._placement(item.other)[0][0] @ self._leaving(item)
+                travel = self._travel.get(item.joint, travel)
+                mechanism = self._sweep.mechanism
+                along = beside(mechanism, mechanism.joints[item.joint], np.inf)
+            parts = bearing(item, down, way, along, self._crosses, travel, self._rod)
+            yield _Default(f"/bearings/{node_name(item.joint)}", body, parts)
 
     def _centre(self, body: int) -> Array | None:
         """Return the centre of a body's mass `(3,)` in it [m]; None where it has none."""
@@ -256,8 +250,8 @@ class Bodies:
 
     def _leaving(self, item: Attachment) -> Array:
         """Return where the body on the other side of a joint leaves it `(3,)`, in that body."""
+        start = self._other_end(item).point
         others = self._attachments[item.other]
-        start = next(other.point for other in others if other.joint == item.joint)
         points = [other.point for other in others if other.joint != item.joint]
         centre = self._centre(item.other)
         points += [] if centre is None else [centre]
@@ -356,7 +350,7 @@ class Bodies:
         shapes, note = few_enough(self.shapes, radius)
         self.notes += (note,) if note else ()
         for body in sorted({shape.body for shape in shapes}):
-            node = f"/mechanism/{node_name(self._link_of_body[body])}"
+            node = self._path(body)
             drawing.place(node, self._pose(body))
             for count, shape in enumerate(item for item in shapes if item.body == body):
                 color = self._color(body)
