@@ -13,7 +13,7 @@ from ...core.results.sweep import Sweep
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
 from . import shapes as forms
-from .commands import STEADY, Color, Drawing, Pose, mesh, node_name
+from .commands import STEADY, Color, Drawing, Pose, node_name
 from .default_shapes import (
     Attachment,
     Body,
@@ -39,16 +39,6 @@ PALETTE = tuple(
 )
 """Colours of bodies of which nothing states one, in turn. Neighbours in the list differ for all
 eyes, and each stands out from a light and from a dark background (WCAG 2.2: at least 3 to 1)."""
-_WHITEST = 0.85
-"""Share of a stated colour that is drawn: the viewer's lights together are brighter than one, and
-white would lose its shades."""
-_FLOOR_OPACITY = 0.35
-"""Opacity of a plane that states no colour: what is below it is seen as well."""
-_PIN_SHADE = 0.6
-"""Share of a body's colour that its pins and balls have."""
-_CORNER_STRIDE = 8
-"""Every how manieth sample the corners of the shapes are followed: they only decide how much the
-camera has to see, and between two such samples a corner moves little."""
 
 
 class Bodies:
@@ -142,7 +132,7 @@ class Bodies:
                 parts = Body(items, self._centre(body), self._crosses, self._travel, self._rod)
                 found.append(_Default(self._path(body), body, parts.parts()))
         made_up = {item.body for item in found} - {0, *self._sleeves}
-        return found + [*self._made_up_crosses(made_up)]
+        return [*found, *self._made_up_crosses(made_up)]
 
     @cached_property
     def _drawn(self) -> set[int]:
@@ -291,28 +281,23 @@ class Bodies:
         moves = np.ptp(rotation, axis=0).max() > STEADY
         return not (moves or np.ptp(position, axis=0).max() > STEADY * self._length)
 
-    def draw(self, drawing: Drawing, radius: float) -> None:
-        """Draw the shapes of the links, default ones for those that have none.
-
-        Args:
-            drawing: what they are drawn on.
-            radius: of the scene [m].
-        """
-        self._draw_shapes(drawing, radius)
+    def draw(self, drawing: Drawing) -> None:
+        """Draw the shapes of the links, default ones for those that have none."""
+        self._draw_shapes(drawing)
         stand_in = [self._link_of_body[item.body] for item in self._defaults if item.body]
         if self.notes and stand_in:
             self.notes += (f"made up from joints: {', '.join(dict.fromkeys(stand_in))}",)
         for item in self._defaults:
-            drawing.place(item.path, item.pose or self._pose(item.body))
+            drawing.nodes[item.path] = item.pose or self._pose(item.body)
             color = self._color(item.body)
-            if item.pose is not None:
-                color = _shaded(color, _PIN_SHADE)
+            darker = _shaded(color, 0.6)
+            link = color if item.pose is None else darker
             for name, surfaces, shade in (
-                ("shape", item.parts.link, color),
-                ("pins", item.parts.pins, _shaded(color, _PIN_SHADE)),
+                ("shape", item.parts.link, link),
+                ("pins", item.parts.pins, darker),
             ):
                 if surfaces:
-                    drawing.add(f"{item.path}/{name}", mesh(forms.joined(*surfaces)), shade)
+                    drawing.add(f"{item.path}/{name}", forms.joined(*surfaces), shade)
 
     def _known(self, body: int) -> bool:
         """Return whether the sweep knows how a body moves."""
@@ -342,25 +327,26 @@ class Bodies:
 
     def _swept(self, body: int, points: Array) -> Array:
         """Return the points `(n, 3)` through which points `(k, 3)` of a body move [m]."""
-        rotation, position = (array[::_CORNER_STRIDE] for array in self._placement(body))
+        # They only decide how much the camera has to see: every eighth sample is enough.
+        rotation, position = (array[::8] for array in self._placement(body))
         turned = np.einsum("nij,kj->nki", rotation, points)
         return np.asarray((turned + position[:, None]).reshape(-1, 3))
 
-    def _draw_shapes(self, drawing: Drawing, radius: float) -> None:
-        shapes, note = few_enough(self.shapes, radius)
+    def _draw_shapes(self, drawing: Drawing) -> None:
+        shapes, note = few_enough(self.shapes, drawing.size)
         self.notes += (note,) if note else ()
         for body in sorted({shape.body for shape in shapes}):
             node = self._path(body)
-            drawing.place(node, self._pose(body))
+            drawing.nodes[node] = self._pose(body)
             for count, shape in enumerate(item for item in shapes if item.body == body):
                 color = self._color(body)
                 if shape.color is not None:
-                    color = _shaded(Color(*shape.color), _WHITEST)
+                    # The viewer's lights together are brighter than one: white keeps its shades.
+                    color = _shaded(Color(*shape.color), 0.85)
                 elif shape.kind == "plane":
-                    color = replace(color, opacity=_FLOOR_OPACITY)
-                geometry, placement = shape.drawn(radius)
+                    color = replace(color, opacity=0.35)  # What is below is seen as well.
                 path = f"{node}/{node_name(shape.link)} {count}"
-                drawing.add(path, geometry, color, placement)
+                drawing.add(path, shape.drawn(drawing.size), color, shape.placement)
 
     def _color(self, body: int) -> Color:
         """Return the colour of a body of which nothing states one."""

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from ...core.results.sweep import Sweep
 from ...figures.style import SMALL, Axes, Figure, axes_grid, plain
 from ...kit.arrays import Array
-from .commands import Drawing, DrawnObject, Pose, meshcat
+from .commands import Drawing, DrawnObject, Pose
 from .scenery import Parts, build
-from .shapes import capsule, prism, rod
 
 _EYE = np.array([0.55, -0.7, 0.45])
 """Towards the eye where a mechanism is not flat: from the front, the right and above."""
@@ -30,7 +28,7 @@ def picture(sweep: Sweep) -> Figure:
     """Draw the bodies, drives, loads and elements of a sweep at its first sample.
 
     Raises:
-        MissingExtraError: Matplotlib or meshcat is not installed.
+        MissingExtraError: Matplotlib is not installed.
         ArgumentError: the sweep's outputs leave nothing to draw.
     """
     named = len(sweep.outputs) <= _MOST_NAMES
@@ -132,24 +130,9 @@ def _matrix(pose: Pose) -> Array:
 
 def _corners(drawing: Drawing, item: DrawnObject) -> Array:
     """Return the corners of an object's triangles `(n, 3, 3)` in the world [m]."""
-    vertices, faces = _surface(item.geometry)
+    vertices, faces = item.surface
     placement = _placed(drawing, item.path)
     if item.placement is not None:
         placement = placement @ item.placement
     points = vertices @ placement[:3, :3].T + placement[:3, 3]
     return np.asarray(points[np.asarray(faces, dtype=int)])
-
-
-def _surface(geometry: Any) -> tuple[Array, Array]:
-    """Return the triangles of a geometry: vertices `(n, 3)` and faces `(m, 3)`."""
-    kinds = meshcat().geometry
-    if isinstance(geometry, kinds.Box):
-        x, y, z = 0.5 * np.asarray(geometry.lengths, dtype=float)
-        return prism(np.array([(-x, -y), (x, -y), (x, y), (-x, y)]), -z, z)
-    if isinstance(geometry, kinds.Cylinder):  # About y, as three.js has it.
-        half = 0.5 * float(geometry.height)
-        vertices, faces = rod(float(geometry.radiusTop), -half, half)
-        return vertices[:, [1, 2, 0]], faces
-    if isinstance(geometry, kinds.Sphere):
-        return capsule(float(geometry.radius), 0.0)
-    return np.asarray(geometry.vertices), np.asarray(geometry.faces)

@@ -265,7 +265,7 @@ def render(
         "title": title,
         "scene": scenery.drawing.packed(arrays),
         "radius": scenery.drawing.size,
-        "legend": [item._asdict() for item in scenery.legend],
+        "legend": [item._asdict() for item in scenery.drawing.legend],
         "scales": [item._asdict() for item in scenery.scales],
         "points": scenery.points.round(_POINT_DECIMALS).tolist(),
         "spread": [round(extent, _POINT_DECIMALS) for extent in scenery.spread],
@@ -275,9 +275,7 @@ def render(
     }
     # A "</script>" in a name would end the element that contains the text.
     text = json.dumps(data, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
-    return str(
-        _template().render(title=title, script=meshcat().script, data=text, arrays=arrays.base64())
-    )
+    return str(_template().render(title=title, script=meshcat(), data=text, arrays=arrays.base64()))
 
 
 @cache

@@ -14,16 +14,18 @@ pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 pytest.importorskip("jinja2", reason="the page needs Jinja")
 
 from cardan_dyn.practice.viewer.commands import Color, Drawing, Pose
-from cardan_dyn.practice.viewer.scenery import Meaning, Scale, Scenery
+from cardan_dyn.practice.viewer.scenery import Scale, Scenery
 from cardan_dyn.practice.viewer.viewing import Server, render
 
 
 def scenery(label: str) -> Scenery:
     drawing = Drawing(1.0)
     drawing.label("/labels/a", label, Color.of("#000000"), Pose.of(np.zeros(3)))
+    triangle = np.eye(3), np.array([[0, 1, 2]])
+    drawing.add("/axes/a", triangle, Color.of("#abcdef"), means="a meaning")
     points = np.array([[0.123456789, 0.0, 1.0]])
     scale = Scale("moment", "N·m", 20.0, None)
-    return Scenery(drawing, (Meaning("#abcdef", "a meaning", "axes"),), (scale,), points)
+    return Scenery(drawing, (scale,), points)
 
 
 def test_page_contains_its_scene() -> None:

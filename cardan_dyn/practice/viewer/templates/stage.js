@@ -17,13 +17,10 @@ function node(path) {
   return nodes.get(path);
 }
 
-function geometryOf(shape) {
-  if (shape.kind === "box") return new THREE.BoxGeometry(...shape.size);
-  if (shape.kind === "sphere") return new THREE.SphereGeometry(shape.radius, 20, 14);
-  if (shape.kind === "cylinder") return new THREE.CylinderGeometry(...shape.size, 28);
+function geometryOf([vertices, faces]) {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(array(shape.vertices), 3));
-  geometry.setIndex(new THREE.BufferAttribute(array(shape.faces), 1));
+  geometry.setAttribute("position", new THREE.BufferAttribute(array(vertices), 3));
+  geometry.setIndex(new THREE.BufferAttribute(array(faces), 1));
   geometry.computeVertexNormals();
   return geometry;
 }
