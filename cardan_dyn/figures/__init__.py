@@ -18,7 +18,6 @@ from .orders import order_amplitudes, order_spectrum
 from .over_angle import over_angle, ratio_and_angle_error
 from .over_time import energy_over_time, over_time
 from .polar import force_polar, forces_in_place, moment_polar
-from .positions import universal_joint_positions
 from .style import save
 
 __all__ = [
@@ -33,5 +32,4 @@ __all__ = [
     "over_time",
     "ratio_and_angle_error",
     "save",
-    "universal_joint_positions",
 ]
