@@ -272,7 +272,10 @@ def _given(ax: Into, needed: int) -> Array:
                 "plt.subplots()"
             )
         if item.name != "rectilinear":
-            raise ArgumentError(f"ax has the projection {item.name!r}, expected plain axes")
+            raise ArgumentError(
+                f"ax has the projection {item.name!r}, expected 'rectilinear': give axes of "
+                "plt.subplots()"
+            )
     if len(items) != needed:
         raise ArgumentError(
             f"ax has {len(items)} axes, and {needed} are drawn: give ax=axes of "

@@ -215,9 +215,9 @@ def torque_over_speed(
     at = speeds(speed, "")
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    at.draw(axes, {"absorbed": torque})
+    at.draw(axes, {"absorbed": ordinate("torque", torque, at.values)})
     if available is not None:
-        at.draw(axes, {"of the drive": available}, 1)
+        at.draw(axes, {"of the drive": ordinate("available", available, at.values)}, 1)
     for index, (place, height) in enumerate(barriers):
         label = "" if index else "barrier"
         axes.plot(place * PER_MINUTE, height, **point_style(2), label=label or None)

@@ -173,10 +173,10 @@ def _cheeks(outline: Array, low: float, high: float) -> tuple[Surface, Surface]:
     return forms.prism(outline, low, high), forms.prism(outline, -high, -low)
 
 
-def _fork(low: float, high: float, reach: float) -> Parts:
+def _fork(low: float, high: float, reach: float, pins: tuple[Surface, ...] = ()) -> Parts:
     """Return two cheeks about z and the bridge between them at their ends along x."""
     bridge = forms.prism(forms.rectangle(reach - 0.6, reach, 1.6), -low, low)
-    return Parts((*_cheeks(_cheek(1.6, reach, 1.6), low, high), bridge))
+    return Parts((*_cheeks(_cheek(1.6, reach, 1.6), low, high), bridge), pins)
 
 
 def _along_x(radius: float, low: float, high: float) -> Parts:
@@ -197,26 +197,16 @@ _SLEEVE = Parts((forms.ring(1.05, 1.9, -1.15, 1.15),))
 _PIN = Parts((), (forms.rod(0.75, -2.2, 2.2),))
 _FORK_REACH, _YOKE_REACH, _SOCKET_REACH = 3.4, 4.6, 2.4
 """Where rods begin at them."""
-_FORK = _fork(1.3, 1.9, _FORK_REACH) + _PIN
+_FORK = _fork(1.3, 1.9, _FORK_REACH, _PIN.pins)
 _YOKE = _fork(2.36, 3.08, _YOKE_REACH)
-_CROSS_PIN, _CROSS_HUB = forms.rod(0.8, -3.2, 3.2), forms.capsule(1.25)
 _BALL = Parts((), (forms.capsule(1.9),))
 _SOCKET = Parts((forms.cup(1.98, _SOCKET_REACH),))
 _HALF_BLOCK = 2.6
 _BLOCK = Parts((forms.prism(forms.rectangle(-1.7, 1.7, 1.7), -_HALF_BLOCK, _HALF_BLOCK),))
-# Bearings, whose foot is hatched, and stands along x.
+# What bearings stand on, along x.
 _FOOT = _foot()
 _POST_SHAPE = np.array([[0.7, -1.2], [_FOOT_AT, -2.4], [_FOOT_AT, 2.4], [0.7, 1.2]])
-_POST = Parts((forms.prism(_POST_SHAPE, -0.8, 0.8),)) + _FOOT
-_FOR_EYE = Parts(_cheeks(_cheek(1.6, _FOOT_AT, 2.72), 1.3, 1.9)) + _PIN + _FOOT
-_FOR_FORK = Parts((forms.prism(_cheek(1.9, _FOOT_AT, 3.23), -0.69, 0.69),)) + _SLEEVE + _FOOT
-_FOR_SHAFT = _SLEEVE + _POST
-_FOR_CROSS = _YOKE + _along_x(1.0, _YOKE_REACH - 0.3, _YOKE_REACH + 1.6) + _FOOT.at(_X, _Z, _X)
-_FOR_BALL, _FOR_SOCKET = (
-    part.at(np.zeros(3), _X) + _along_x(1.0, 1.5, _FOOT_AT) + _FOOT for part in (_SOCKET, _BALL)
-)
-_UPRIGHT_CROSS = _SLEEVE.at(np.zeros(3), _X) + _FOOT
-_UPRIGHT = _UPRIGHT_CROSS + _along_x(1.3, 0.0, _FOOT_AT)
+_POST = Parts((forms.prism(_POST_SHAPE, -0.8, 0.8), *_FOOT.link))
 
 
 class Body:
@@ -466,11 +456,21 @@ def bearing(
     point = point + beside * axis * shaft
     if ball or not lies:
         foot = down if ball else -axis if way @ axis > 0.0 else axis
-        below = _FOR_SOCKET if item.is_child else _FOR_BALL
-        parts = below if ball else _UPRIGHT_CROSS if of_cross else _UPRIGHT
+        held = (_BALL if item.is_child else _SOCKET) if ball else _SLEEVE
+        parts = _FOOT + held.at(np.zeros(3), _X)
+        if ball or not of_cross:
+            parts += _along_x(1.0, 1.5, _FOOT_AT) if ball else _along_x(1.3, 0.0, _FOOT_AT)
         return parts.at(point, forms.upright(foot)[:, 0], foot, rod)
-    held = _FOR_SHAFT if shaft else _FOR_FORK if item.is_child else _FOR_EYE
-    return (_FOR_CROSS if of_cross else held).at(point, axis, down, rod)
+    if of_cross:
+        stem = _along_x(1.0, _YOKE_REACH - 0.3, _YOKE_REACH + 1.6)
+        parts = _YOKE + stem + _FOOT.at(_X, _Z, _X)
+    elif shaft:
+        parts = _SLEEVE + _POST
+    elif item.is_child:
+        parts = Parts((forms.prism(_cheek(1.9, _FOOT_AT, 3.23), -0.69, 0.69),)) + _SLEEVE + _FOOT
+    else:
+        parts = Parts(_cheeks(_cheek(1.6, _FOOT_AT, 2.72), 1.3, 1.9)) + _PIN + _FOOT
+    return parts.at(point, axis, down, rod)
 
 
 def is_cross(attachments: Sequence[Attachment], centre: Array | None, rod: float) -> bool:
@@ -521,8 +521,9 @@ def rod_between(start: Array, end: Array, radius: float) -> Surface:
 
 def cross(axes: Sequence[Array], point: Array, rod: float) -> Parts:
     """Return a hub with pins along its axes."""
-    pins = (Parts((_CROSS_PIN,)).at(point, axis, rod=rod) for axis in axes)
-    return sum(pins, Parts()) + Parts((_CROSS_HUB,)).at(point, _Z, rod=rod)
+    pin, hub = Parts((forms.rod(0.8, -3.2, 3.2),)), Parts((forms.capsule(1.25),))
+    pins = (pin.at(point, axis, rod=rod) for axis in axes)
+    return sum(pins, hub.at(point, _Z, rod=rod))
 
 
 def rail(point: Array, axis: Array, travel: Travel, rod: float) -> Parts:
