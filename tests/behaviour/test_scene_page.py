@@ -142,8 +142,8 @@ def test_labels_stand_out_in_the_light_and_in_the_dark(
         assert len(found) > 4 and min(found) >= 4.5
         # Every swatch of the legend, and so every arrow, has 3 : 1.
         swatches = page.evaluate(
-            """swatches.map(({ swatch }) => contrast(getComputedStyle(swatch).backgroundColor
-              .match(/[\\d.]+/g).slice(0, 3).map((value) => value / 255),
+            """[...document.querySelectorAll(".swatch")].map((swatch) => contrast(
+              getComputedStyle(swatch).backgroundColor.match(/[\\d.]+/g).slice(0, 3).map((value) => value / 255),
               channels(BACKGROUNDS[theme])))"""
         )
         assert len(swatches) > 4 and min(swatches) >= 3.0

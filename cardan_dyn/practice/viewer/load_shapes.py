@@ -15,7 +15,7 @@ from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ModelError
 from . import shapes as forms
 from .commands import Color, Drawing, Pose, node_name
-from .vectors import Vectors, beside
+from .vectors import Vectors, beside, greatest
 
 LOAD = Color.of("#b71c1c", on_top=True, layer=7)
 DRIVE = Color.of("#00695c", opacity=0.9, on_top=True, layer=2)
@@ -41,12 +41,12 @@ def draw_loads(drawing: Drawing, sweep: Sweep, samples: Array) -> None:
     acting = [item for load in sweep.loads for item in _acting(sweep, load, samples, radius)]
     for kind in ("force", "moment"):
         drawn = [(name, at, vector) for name, what, at, vector in acting if what == kind]
-        greatest = max((_greatest(vector) for _, _, vector in drawn), default=0.0)
+        most = max((greatest(vector) for _, _, vector in drawn), default=0.0)
         for name, at, vector in drawn:
-            if not _greatest(vector) > 0.0:
+            if not greatest(vector) > 0.0:
                 continue
-            direction, size = forms.filled(vector, 1e-9 * greatest)
-            share = np.where(size > 0.0, np.maximum(size / greatest, _LEAST), forms.LEAST_SCALE)
+            direction, size = forms.filled(vector, 1e-9 * most)
+            share = np.where(size > 0.0, np.maximum(size / most, _LEAST), forms.LEAST_SCALE)
             length = share * radius * (forms.ARROW if kind == "force" else _ARC)
             tail = at - direction * length[:, None] if kind == "force" else at
             surface = forms.arrow() if kind == "force" else forms.arc_arrow()
@@ -68,7 +68,7 @@ def without_loads(
 
     def is_load(joint: str, kind: str, part: Array) -> bool:
         load = loads.get((joint, kind))
-        return load is not None and _greatest(part - load) <= NOTHING * _greatest(load)
+        return load is not None and greatest(part - load) <= NOTHING * greatest(load)
 
     return [
         replace(
@@ -187,7 +187,3 @@ def _of_samples(values: Array, samples: Array, trailing: int = 0) -> Array:
     """Return values `(..., trailing)` at samples, or those of all samples."""
     varies = values.ndim > trailing and len(values) > 1
     return np.asarray(values[samples] if varies else values)
-
-
-def _greatest(vectors: Array) -> float:
-    return float(np.max(np.linalg.norm(vectors, axis=-1), initial=0.0))

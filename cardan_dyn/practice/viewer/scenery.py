@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -33,6 +33,15 @@ _LABEL = Color.of("#333333")
 
 _TRACE_POINTS = 180
 """About how many points make a trace: one every 2° of a revolution looks smooth."""
+COLORS = {
+    "torsion": TORSION,
+    "bending": BENDING,
+    "moment": TOTAL,
+    "force": FORCE,
+    "axial": AXIAL,
+    "shear": SHEAR,
+}
+"""Colours of the parts of wrenches, as arrows and as curves."""
 MEANINGS = {
     "torsion": "torsion: moment along the joint axis",
     "bending": "bending: moment across the joint axis",
@@ -217,7 +226,7 @@ class _Builder:
             return
         scale, least = 1.0 / found.per_metre, NOTHING * found.per_metre * self._radius
         shown = [item for item in vectors if item.greatest_moment > least]
-        drawn = self._draw_parts(shown, scale, {"torsion": TORSION, "bending": BENDING}, arrows)
+        drawn = self._draw_parts(shown, scale, PARTS["moment"]) if arrows else False
         turning = [item for item in shown if traces and item.turns]
         traced = [self._draw_trace(item, scale) for item in turning]
         if drawn or any(traced):
@@ -227,8 +236,8 @@ class _Builder:
         """Draw forces as arrows along and across the axes of joints, and their scale."""
         found = self._scale_of("force", "N", vectors)
         if found is not None:
-            colors = {"force": FORCE, "axial": AXIAL, "shear": SHEAR}
-            self._draw_parts(vectors, 1.0 / found.per_metre, colors)
+            kinds = ("force", *PARTS["force"])
+            self._draw_parts(vectors, 1.0 / found.per_metre, kinds)
             self.scales.append(found)
 
     def _scale_of(self, kind: str, unit: str, vectors: list[Vectors]) -> Scale | None:
@@ -249,20 +258,18 @@ class _Builder:
             path, color = f"/labels/{node_name(item.name)}", LOOP if loop else _LABEL
             self.drawing.label(path, item.name, color, Pose.of(item.anchor))
 
-    def _draw_parts(
-        self, vectors: list[Vectors], scale: float, colors: Mapping[str, Color], arrows: bool = True
-    ) -> bool:
+    def _draw_parts(self, vectors: list[Vectors], scale: float, kinds: Sequence[str]) -> bool:
         """Draw parts of wrenches as arrows, and return whether there are any."""
         drawn = [
             self._draw_arrow(
                 f"/{kind}/{node_name(item.name)}",
                 item.anchor if kind in PARTS["moment"] else item.origin,
                 scale * item.parts[kind],
-                color,
+                COLORS[kind],
                 MEANINGS[kind],
             )
             for item in vectors
-            for kind, color in (colors.items() if arrows else ())
+            for kind in kinds
             if kind in item.parts
         ]
         return any(drawn)

@@ -58,12 +58,12 @@ class Vectors:
     @property
     def greatest_moment(self) -> float:
         """Greatest size of the moment [N·m]."""
-        return float(np.max(np.linalg.norm(self.moment, axis=1)))
+        return greatest(self.moment)
 
     @property
     def greatest_force(self) -> float:
         """Greatest size of the force [N]."""
-        return float(np.max(np.linalg.norm(self.force, axis=1)))
+        return greatest(self.force)
 
 
 def collect(
@@ -113,6 +113,11 @@ def collect(
     return vectors
 
 
+def greatest(vectors: Array) -> float:
+    """Return the greatest size of vectors `(…, k)`."""
+    return float(np.max(np.linalg.norm(vectors, axis=-1), initial=0.0))
+
+
 def legible(wholes: Iterable[Array]) -> float:
     """Return the size of the longest arrow: the greatest, unless it hides the others.
 
@@ -122,9 +127,8 @@ def legible(wholes: Iterable[Array]) -> float:
         wholes: vectors `(N, 3)` of several joints.
     """
     sizes = np.max([np.linalg.norm(vectors, axis=1) for vectors in wholes], axis=0)
-    greatest = float(np.max(sizes))
-    usual = float(np.quantile(sizes, 0.9))
-    return min(greatest, _STANDING_OUT * usual) if usual > NOTHING * greatest else greatest
+    most, usual = float(np.max(sizes)), float(np.quantile(sizes, 0.9))
+    return min(most, _STANDING_OUT * usual) if usual > NOTHING * most else most
 
 
 def _divided(vectors: Array, axis: Array) -> tuple[Array, Array]:

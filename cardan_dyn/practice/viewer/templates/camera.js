@@ -268,14 +268,13 @@ function drawScales() {
   const widest = Math.min(120, 0.28 * size.width), scale = pixelsPerMetre();
   for (const row of scaleRows) {
     const value = roundStep(widest / scale * row.perMetre);
-    const long = value / row.perMetre * scale, color = legible("#222222", INK);
+    const long = value / row.perMetre * scale;
     row.line.setAttribute("width", long.toFixed(1));
     row.line.replaceChildren();
-    const stroke = { stroke: color, "stroke-width": 2, fill: "none" };
     const path = row.arrow
       ? `M0 5H${long}M${long - 6} 1.5L${long} 5L${long - 6} 8.5`
       : `M1 1V9M1 5H${long - 1}M${long - 1} 1V9`;
-    draw("path", { d: path, ...stroke }, row.line);
+    draw("path", { d: path }, row.line);
     row.label.textContent = row.text(value);
     obstacles = null;
     row.element.hidden = row.arrow && !(row.kind === "force" ? shown.forces
@@ -287,18 +286,17 @@ function drawScales() {
 const triadLines = ["x", "y", "z"].map((name, index) => {
   const parent = document.getElementById("triad");
   const color = ["#c62828", "#2e7d32", "#1565c0"][index];
-  const line = draw("line", { x1: 0, y1: 0 }, parent), text = draw("text", {}, parent);
+  const line = ink(draw("line", { x1: 0, y1: 0 }, parent), color), text = draw("text", {}, parent);
   text.textContent = name;
-  return { line, text, color, axis: new THREE.Vector3().setComponent(index, 1) };
+  return { line, text, axis: new THREE.Vector3().setComponent(index, 1) };
 });
 function drawTriad() {
   const right = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
   const up = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
-  for (const { line, text, color, axis } of triadLines) {
+  for (const { line, text, axis } of triadLines) {
     const x = 20 * axis.dot(right), y = -20 * axis.dot(up);
     line.setAttribute("x2", x.toFixed(1));
     line.setAttribute("y2", y.toFixed(1));
-    line.setAttribute("stroke", legible(color, INK));
     const far = Math.hypot(x, y) || 1, beyond = (Math.max(far, 6) + 8) / far;
     text.setAttribute("x", (x * beyond).toFixed(1));
     text.setAttribute("y", (y * beyond + 4).toFixed(1));

@@ -53,11 +53,6 @@ function extent(values) {
   return least <= most ? [least, most] : [0, 0];
 }
 
-// Decimals with which values up to a greatest one have about four digits.
-function decimalsOf(greatest) {
-  return greatest > 0 ? Math.min(Math.max(3 - Math.floor(Math.log10(greatest)), 0), 9) : 0;
-}
-
 // A number with so many decimals; a true minus sign, and none before zero.
 function written(value, decimals) {
   if (!Number.isFinite(value)) return "–";
@@ -76,11 +71,20 @@ function rounded(value) {
 // By what numbers up to a size are divided to be short, and the unit of what comes out: kN, mm.
 const PREFIXES = { "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T" };
 function prefixOf(size, unit) {
-  if (!["N·m", "N", "m", "m/s"].includes(unit) || !(size > 0)) return { scale: 1, unit };
+  if (!["N·m", "N", "m", "m/s", "s"].includes(unit) || !(size > 0)) return { scale: 1, unit };
   const digits = Math.floor(Math.log10(Number(size.toPrecision(4))));
   const power = digits === -1 && !unit.startsWith("m") ? 0 : 3 * Math.floor(digits / 3);
   const within = Math.min(Math.max(power, -12), 12);
   return { scale: 10 ** within, unit: PREFIXES[within] + unit };
+}
+
+// How numbers up to a greatest one are told: divided, with decimals for about so many digits.
+function toldUpTo(greatest, given, digits = 4) {
+  const { scale, unit } = prefixOf(greatest, given);
+  const decimals = greatest > 0
+    ? Math.min(Math.max(digits - 1 - Math.floor(Math.log10(greatest / scale)), 0), 9) : 0;
+  const text = (value) => written(value / scale, decimals);
+  return { scale, unit, text, full: (value) => withUnit(text(value), unit) };
 }
 
 // "12.3 N·m", "12.3°": no space before a degree sign.

@@ -22,6 +22,7 @@ function addLabel(item) {
   const element = make("div"), line = draw("line", {}, leaderHost);
   element.hidden = true;
   line.style.display = "none";
+  if (item.color !== PLAIN) ink(element, item.color, TEXT);
   labelHost.append(element);
   labels.push({ ...item, element, line, seen: false, box: null, last: 0, at: new THREE.Vector3() });
 }
@@ -47,7 +48,7 @@ for (const joint of told.joints) {
       if (!greatest) continue;
       addLabel({
         joint, node: arrow, kind: "number", color: legend.color, root,
-        values, ...toldUpTo(greatest, series.unit), unique: series.unique,
+        values, moment: series.unit !== "N", told: toldUpTo(greatest, series.unit, 3), unique: series.unique,
         least: 0.004 * whole[series.unit],
       });
     }
@@ -62,14 +63,8 @@ for (const row of loads) {
   addLabel({
     joint: jointNamed(row.joint), node: arrow, kind: "load",
     color: legend.color, values, value: row.value, unique: true,
-    ...toldUpTo(Math.max(-least, most), row.unit), least: 0,
+    told: toldUpTo(Math.max(-least, most), row.unit, 3), least: 0,
   });
-}
-
-// How numbers up to a greatest one are told beside arrows.
-function toldUpTo(greatest, unit) {
-  const told = prefixOf(greatest, unit);
-  return { ...told, decimals: Math.max(decimalsOf(greatest / told.scale) - 1, 0) };
 }
 
 // Boxes of the window in which no label may be: buttons and scales.
@@ -132,12 +127,12 @@ function isWanted(label) {
   if (!isShown(label.joint) || Math.abs(label.now) < label.least) return false;
   const chosen = choice.joint === label.joint.name;
   if (!(chosen || shown.numbers)) return false;
-  return label.unit.endsWith("m") ? shown.moments : shown.forces;
+  return label.moment ? shown.moments : shown.forces;
 }
 
 function textOf(label) {
   if (label.kind === "name") return label.text;
-  const text = withUnit(written(label.now / label.scale, label.decimals), label.unit);
+  const text = label.told.full(label.now);
   // Where there is room, words say what colours do.
   const said = label.kind === "load" ? `load ${text}` : size.width < 600 ? text : `${label.root} ${text}`;
   return label.unique ? said : `${said} *`;
@@ -187,9 +182,7 @@ function layoutLabels() {
 
 function show(label, text, width, box, anchor) {
   const { element, line } = label;
-  const color = label.color === PLAIN ? "var(--text)" : legible(label.color, TEXT);
   if (label.written !== text) element.textContent = label.written = text;
-  if (label.inked !== color) element.style.color = label.inked = color;
   if (label.wide !== width) element.style.width = `${label.wide = width}px`;
   const chosen = Boolean(label.joint && choice.joint === label.joint.name && label.kind === "name");
   if (label.marked !== chosen) element.classList.toggle("chosen", label.marked = chosen);

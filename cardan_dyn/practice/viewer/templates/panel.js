@@ -8,63 +8,47 @@ let speed = 1;              // of the duration that Python chose
 const backwards = course.values && course.values[count - 1] < course.values[0];
 
 // The state of the mechanism, in words.
-const WORDS = { drive: "Drive", free: "Free", speed: "Speed", load: "Load", held: "Held",
-  swing: "Swing", gravity: "Gravity" };
 const MOST_DRIVES = 4;
 let drivesTold = 0;
 const stateRows = told.state.map((row) => {
   const values = row.values ? array(row.values) : null;
-  const [least, most] = values ? extent(values) : [row.value, row.value];
-  const text = make("dd");
+  const text = make("dd"), word = row.kind[0].toUpperCase() + row.kind.slice(1);
   // Of many drives the first ones are told at once, and the others if someone asks.
   const late = row.kind === "drive" && ++drivesTold > MOST_DRIVES;
-  byId(late ? "more-state" : "state").append(make("dt", {}, WORDS[row.kind]), text);
-  const inTurns = row.unit === "rad/s" ? { unit: "1/min", factor: 30 / Math.PI } : { factor: 1 };
-  const own = { ...row, values, text, ...inTurns };
-  const greatest = Math.max(-least, most) * own.factor, told = prefixOf(greatest, own.unit);
-  const decimals = Math.max(decimalsOf(greatest / told.scale) - 1, 0);
-  return { ...own, unit: told.unit, factor: own.factor / told.scale, decimals };
+  byId(late ? "more-state" : "state").append(make("dt", {}, word), text);
+  const [unit, factor] = row.unit === "rad/s" ? ["1/min", 30 / Math.PI] : [row.unit, 1];
+  const size = values ? Math.max(...extent(values).map(Math.abs)) : 0;
+  const upTo = toldUpTo(size * factor, unit, 3), name = row.kind === "speed" ? "" : row.name;
+  const told = (value) => (values ? upTo.full(value * factor) : measured(value * factor, unit));
+  return { values, value: row.value, text, told: (value) => `${name} ${told(value)}`.trim() };
 });
 if (drivesTold > MOST_DRIVES) {
   byId("more").hidden = false;
   byId("more-title").textContent = `${drivesTold - MOST_DRIVES} more drives`;
 }
-function stateText(row, value) {
-  const shown = value * row.factor;
-  const text = withUnit(row.values ? written(shown, row.decimals) : rounded(shown), row.unit);
-  return row.name && row.kind !== "speed" ? `${row.name} ${text}` : text;
-}
 function tellState(all) {
   for (const row of stateRows) {
-    if (row.values) row.text.textContent = stateText(row, valueAt(row.values, place));
-    else if (all) row.text.textContent = stateText(row, row.value);
+    const value = row.values ? valueAt(row.values, place) : row.value;
+    if (row.values || all) row.text.textContent = row.told(value);
   }
 }
 
 // Where the course is.
 const courseRange = course.values ? extent(course.values) : [0, 1];
-const courseDecimals = course.values
-  ? Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(courseRange[1] - courseRange[0])))) : 0;
+const along = toldUpTo(courseRange[1] - courseRange[0], course.unit, 3);
 const seconds = course.seconds && course.name !== "time" ? course.seconds : null;
-function courseText() {
-  return withUnit(written(valueAt(course.values, place), courseDecimals), course.unit);
-}
-function secondsText(value, whole) {
-  return whole < 0.1 ? `${written(1000 * value, decimalsOf(1000 * whole) - 1)} ms`
-    : `${written(value, decimalsOf(whole) - 1)} s`;
-}
+const passing = seconds && toldUpTo(seconds[count - 1], "s", 3);
 let toldAt = "";
 function tellPlace() {
   if (!course.values) return;
-  const value = valueAt(course.values, place), text = courseText();
+  const value = valueAt(course.values, place), text = along.full(value);
   slider.value = backwards ? -value : value;
   if (toldAt !== text) {
     toldAt = text;
     slider.setAttribute("aria-valuetext", `${course.name} ${text}`);
     output.replaceChildren(make("small", {}, course.name), " ", text);
     if (seconds) {
-      const now = secondsText(valueAt(seconds, place), seconds[count - 1]);
-      output.append(" ", make("small", {}, now));
+      output.append(" ", make("small", {}, passing.full(valueAt(seconds, place))));
     }
   }
   tellState(false);
@@ -208,20 +192,17 @@ function tellChoice(joint, link) {
     details.append(make("p", {}, "Click on a joint or a link, or choose one in the list."));
   }
   drawGraphs(joint);
-  recolorGraphs();
   byId("told").textContent = joint || link ? `${(joint || link).name} selected` : "";
 }
 
 // What is shown.
-const swatches = [];
 function fillParts() {
   for (const [name, roots, title] of PARTS) {
     const box = make("input", { type: "checkbox", checked: shown[name] });
     box.dataset.part = name;
     const text = make("span", {}, title);
     for (const item of data.legend.filter(({ part }) => roots.includes(part))) {
-      const swatch = make("i", { className: "swatch" });
-      swatches.push({ swatch, color: item.color });
+      const swatch = ink(make("i", { className: "swatch" }), item.color);
       text.append(make("small", {}, swatch, item.text));
     }
     box.addEventListener("change", () => {
@@ -258,10 +239,6 @@ function setTheme(name) {
   byId("theme").setAttribute("aria-pressed", String(name === "dark"));
   recolor();
   glow();
-  for (const { swatch, color } of swatches) swatch.style.background = legible(color, INK);
-  recolorGraphs();
-  drawScales();
-  drawTriad();
   request();
 }
 let chosenTheme = keptTheme();
@@ -286,11 +263,10 @@ function chosenNow() {
 function lookAt(name) {
   if (name === "fit") fit(); else lookFrom(VIEWS[name], parallel);
 }
-byId("lens").addEventListener("click", () => changeLens());
-function changeLens() {
+byId("lens").addEventListener("click", () => {
   project(camera === parallel ? perspective : parallel);
   placeCamera();
-}
+});
 for (const button of document.querySelectorAll("#views [data-view]")) {
   button.addEventListener("click", () => lookAt(button.dataset.view));
 }
@@ -321,14 +297,14 @@ function nextJoint(by) {
 }
 
 const KEYS = {
-  " ": () => (playing ? pause() : play()),
   ArrowRight: (many) => stepBy(many), ArrowLeft: (many) => stepBy(-many),
   Home: () => { pause(); goTo(0); }, End: () => { pause(); goTo(count - 1); },
-  1: () => lookAt("front"), 2: () => lookAt("side"), 3: () => lookAt("top"),
-  4: () => lookAt("isometric"), 5: changeLens, 0: () => fit(),
   "+": () => zoomBy(0.85), "=": () => zoomBy(0.85), "-": () => zoomBy(1 / 0.85),
   n: () => nextJoint(1), p: () => nextJoint(-1), Escape: () => select(),
 };
+for (const button of document.querySelectorAll("[data-key]")) {
+  KEYS[button.dataset.key] = () => button.click();
+}
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const own = event.target.closest("button, select, input[type=checkbox], summary");
