@@ -58,17 +58,8 @@ SMALL = 9
 """Font size of what is written within axes, and of notes [pt]."""
 LETTER = 0.6
 """Mean width of a letter as a fraction of the font size."""
-_POINTS_PER_INCH = 72.0
-_ROW = 0.24
-"""Height of a row of a legend [inch]."""
-_FREE_ROWS = 2
-"""Rows of a legend for which a figure has room; it grows for more of them."""
-_HANDLE = 9
-"""Width of a handle in a legend and of the gaps around it, in letters."""
 _LONGEST_LABEL = 60
 """Letters of a label in a legend, from which on it goes on in another line."""
-_FORMATS = (".svg", ".png", ".pdf", ".eps", ".ps", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
-"""Suffixes that name a format of figures; anything else behind a point belongs to the name."""
 SIGN = "what the parent link exerts on the child link"
 """Whose wrench is drawn: the sense of all forces and moments in joints."""
 LOOK: Any = {
@@ -381,8 +372,8 @@ def legend(figure: Figure, columns: int = 2, *, note: str = "", grows: bool = Fa
     )
     drawn.get_title().set_color("0.35")
     rows = -(-len(handles) // columns)
-    if grows and rows > _FREE_ROWS:
-        figure.set_figheight(figure.get_figheight() + _ROW * (rows - _FREE_ROWS))
+    if grows and rows > 2:  # For two there is room.
+        figure.set_figheight(figure.get_figheight() + 0.24 * (rows - 2))
 
 
 def _handles(panels: Iterable[Axes]) -> dict[str, Any]:
@@ -396,12 +387,12 @@ def _handles(panels: Iterable[Axes]) -> dict[str, Any]:
 
 def _fitting(figure: Figure, labels: list[str], most: int) -> int:
     """Return how many columns of labels fit into the width of a figure."""
-    letters = figure.get_figwidth() * _POINTS_PER_INCH / (LETTER * LOOK["font.size"])
+    # A handle and the gaps around it are about as wide as four letters of this size are high.
+    widths = [width_of(label, LOOK["font.size"]) + 4 * LOOK["font.size"] / 72 for label in labels]
     for columns in range(most, 1, -1):
         rows = -(-len(labels) // columns)
-        parts = (labels[first : first + rows] for first in range(0, len(labels), rows))
-        width = sum(max(map(len, part)) + _HANDLE for part in parts)
-        if width <= letters:
+        parts = (max(widths[first : first + rows]) for first in range(0, len(labels), rows))
+        if sum(parts) <= figure.get_figwidth():
             return columns
     return 1
 
@@ -485,7 +476,8 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[P
     import matplotlib
 
     base = file_path("path", path)
-    is_one = base.suffix.lower() in _FORMATS
+    # Anything else behind a point belongs to the name.
+    is_one = base.suffix.lower().removeprefix(".") in figure.canvas.get_supported_filetypes()
     files = [base] if is_one else [base.with_name(base.name + end) for end in (".svg", ".png")]
     for file in files:
         with writing(file) as part, matplotlib.rc_context(LOOK):

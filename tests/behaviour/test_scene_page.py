@@ -143,8 +143,8 @@ def test_labels_stand_out_in_the_light_and_in_the_dark(
         # Every swatch of the legend, and so every arrow, has 3 : 1.
         swatches = page.evaluate(
             """[...document.querySelectorAll(".swatch")].map((swatch) => contrast(
-              getComputedStyle(swatch).backgroundColor.match(/[\\d.]+/g).slice(0, 3).map((value) => value / 255),
-              channels(BACKGROUNDS[theme])))"""
+              getComputedStyle(swatch).backgroundColor.match(/[\\d.]+/g).slice(0, 3)
+                .map((value) => value / 255), channels(BACKGROUNDS[theme])))"""
         )
         assert len(swatches) > 4 and min(swatches) >= 3.0
         grounds.append(page.picture(0.2)[400, 20].sum())
