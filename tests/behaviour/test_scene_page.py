@@ -243,7 +243,7 @@ def test_what_statics_leaves_open_is_marked(four_bar: Page) -> None:
     expected = {"torsion": True, "shear": True}
     assert four_bar.evaluate(known) == expected
     assert any(re.fullmatch(r"shear [\d.]+ N", text) for text in texts)
-    chosen = "{ kind: 'number', root: 'axial', now: 3, scale: 1, decimals: 1, unit: 'N' }"
+    chosen = "{ kind: 'number', root: 'axial', now: 3, told: toldUpTo(99, 'N', 3) }"
     assert four_bar.evaluate(f"textOf({chosen})") == "axial 3.0 N *"
 
 

@@ -48,8 +48,10 @@ _BALL = forms.capsule(0.035)
 _SPIRAL = forms.path(forms.spiral(0.12), 0.005)
 _PIN = forms.moved(forms.rod(0.01, -0.05, 0.05), np.eye(3), np.array([0.12, 0.0, 0.0]))
 """The pin on the parent at which a spiral ends when at rest."""
-_DRUM = forms.drum(0.1)
-_DISC = forms.brake_disc(0.12)
+_DRUM = forms.joined(forms.rod(0.09, -0.006, 0.006), forms.ring(0.086, 0.1, -0.022, 0.022))
+"""A damper that turns: a disc with a rim."""
+_DISC = forms.ring(0.086, 0.12, -0.012, 0.012)
+"""What turns in a brake."""
 _BRAKE_SHOES = forms.brake_shoes(0.12)
 _PADS = forms.pads(0.05)
 

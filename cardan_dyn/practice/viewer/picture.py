@@ -9,6 +9,7 @@ import numpy as np
 from ...core.results.sweep import Sweep
 from ...figures.style import SMALL, Axes, Figure, axes_grid, plain
 from ...kit.arrays import Array
+from ...kit.errors import ArgumentError
 from .commands import Drawing, DrawnObject, Pose
 from .scenery import Parts, build
 
@@ -29,8 +30,13 @@ def picture(sweep: Sweep) -> Figure:
 
     Raises:
         MissingExtraError: Matplotlib is not installed.
-        ArgumentError: the sweep's outputs leave nothing to draw.
+        ArgumentError: the sweep has several dimensions, or its outputs leave nothing to draw.
     """
+    if len(sweep.shape) > 1:
+        raise ArgumentError(
+            f"a picture shows a sweep over one dimension, not of shape {sweep.shape}; sweep one "
+            "design at a time"
+        )
     named = len(sweep.outputs) <= _MOST_NAMES
     parts = Parts(True, False, False, False, False, named, True, True)
     scenery = build(sweep, sweep.outputs, parts, np.zeros(1, dtype=int))
@@ -120,10 +126,11 @@ def _placed(drawing: Drawing, path: str) -> Array:
 
 def _matrix(pose: Pose) -> Array:
     """Return a pose at the first sample `(4, 4)`."""
-    x, y, z, w = pose.quaternion[0]
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    from scipy.spatial.transform import Rotation
+
     matrix = np.eye(4)
-    matrix[:3, :3] = (np.eye(3) + 2.0 * w * skew + 2.0 * skew @ skew) * np.atleast_1d(pose.scale[0])
+    turn = Rotation.from_quat(pose.quaternion[0]).as_matrix()
+    matrix[:3, :3] = turn * np.atleast_1d(pose.scale[0])
     matrix[:3, 3] = pose.position[0]
     return matrix
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -151,14 +151,20 @@ def build(
     drawing.include(points)
     builder = _Builder(drawing, bodies.loops)
     bodies.draw(drawing)
+    on_ground, joint_of = bodies.on_ground(), sweep.mechanism.joints
     vectors = collect(sweep, joints, samples, radius)
     loaded = sweep if parts.loads and isinstance(sweep, Sweep) else None
     if loaded:
         vectors = without_loads(vectors, loaded, samples, radius)
     if parts.axes:
-        builder.draw_axes(vectors, sweep.mechanism.joints)
+        builder.draw_axes(vectors, joint_of)
     if parts.moments or parts.traces:
-        builder.draw_moments(vectors, arrows=parts.moments, traces=parts.traces)
+        traced = {
+            name
+            for name in (on_ground if parts.traces else ())
+            if name not in bodies.loops and joint_of[name].type in ("revolute", "continuous")
+        }
+        builder.draw_moments(vectors, parts.moments, traced)
     if parts.forces:
         builder.draw_forces(vectors)
     if parts.labels:
@@ -173,7 +179,6 @@ def build(
         draw_drives(drawing, loaded, samples, driven)
         if loaded.gravity.ndim == 1 and np.any(loaded.gravity):
             draw_gravity(drawing, loaded.gravity, points)
-    on_ground = bodies.on_ground()
     bearings = tuple(name for name in joints if name in on_ground) or joints
     seen = forms.extremes(np.concatenate(drawing.seen))
     return Scenery(drawing, tuple(builder.scales), seen, bodies.notes, bearings, bodies.spread())
@@ -219,16 +224,18 @@ class _Builder:
             reach = self._radius * item.axis
             self.drawing.include(middle + low * reach, middle + high * reach)
 
-    def draw_moments(self, vectors: list[Vectors], arrows: bool, traces: bool) -> None:
-        """Draw torsion and bending as arrows, whole moments with their traces, and their scale."""
+    def draw_moments(self, vectors: list[Vectors], arrows: bool, turning: Collection[str]) -> None:
+        """Draw torsion and bending as arrows, and their scale.
+
+        In joints about which shafts are `turning`, whole moments are drawn with their traces.
+        """
         found = self._scale_of("moment", "N·m", vectors)
         if found is None:
             return
         scale, least = 1.0 / found.per_metre, NOTHING * found.per_metre * self._radius
         shown = [item for item in vectors if item.greatest_moment > least]
         drawn = self._draw_parts(shown, scale, PARTS["moment"]) if arrows else False
-        turning = [item for item in shown if traces and item.turns]
-        traced = [self._draw_trace(item, scale) for item in turning]
+        traced = [self._draw_trace(item, scale) for item in shown if item.name in turning]
         if drawn or any(traced):
             self.scales.append(found)
 

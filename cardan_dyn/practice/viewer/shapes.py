@@ -191,25 +191,6 @@ def dashpot(radius: float) -> Surface:
     return joined(rod(0.25 * radius, 0.0, 1.0), rod(radius, 0.3, 0.75))
 
 
-def drum(radius: float) -> Surface:
-    """Return a damper that turns: a disc with a rim.
-
-    Args:
-        radius: of the rim.
-    """
-    disc = rod(0.9 * radius, -0.06 * radius, 0.06 * radius)
-    return joined(disc, ring(0.86 * radius, radius, -0.22 * radius, 0.22 * radius))
-
-
-def brake_disc(radius: float) -> Surface:
-    """Return the ring that turns in a brake.
-
-    Args:
-        radius: of its rim.
-    """
-    return ring(0.72 * radius, radius, -0.1 * radius, 0.1 * radius)
-
-
 def brake_shoes(radius: float) -> Surface:
     """Return two shoes outside a ring.
 

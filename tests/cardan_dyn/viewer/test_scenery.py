@@ -220,6 +220,14 @@ def test_a_drive_that_turns_is_an_arc_about_its_axis(loaded_turn: cd.Sweep) -> N
     assert "/loads/gravity" not in {item.path for item in scene.drawing.objects}
 
 
+def test_only_shafts_in_fixed_bearings_have_traces(loaded_turn: cd.Sweep) -> None:
+    nodes = scenery(loaded_turn, dataclasses.replace(NONE, traces=True)).drawing.nodes
+    traced = {path.split("/")[2] for path in nodes if path.startswith("/traces/")}
+    # The bearing of the output is carried by the joint angle, which is held, and stands still as
+    # well; the cross is carried by a shaft that turns.
+    assert traced <= {"bearing_in", "bearing_out"} and "bearing_out" in traced
+
+
 def test_a_moment_along_its_axis_leaves_no_trace() -> None:
     turn = cd.Scene(
         cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -60.0}

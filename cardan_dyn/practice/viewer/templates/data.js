@@ -18,6 +18,7 @@ function array([at, count, kind]) {
 const told = data.told || {
   sign: "", mode: "", course: {}, state: [], joints: [], links: [], duration: 8,
 };
+for (const row of told.state) row.values = row.values ? array(row.values) : [row.value];
 const course = {
   name: told.course.name,
   unit: told.course.unit,
@@ -38,8 +39,9 @@ function placeOf(values, value) {
   return step ? Math.min(Math.max(low + (value - values[low]) / step, low), high) : low;
 }
 
-// The value at such a place.
+// The value at such a place; one alone is everywhere.
 function valueAt(values, place) {
+  if (values.length === 1) return values[0];
   const low = Math.min(Math.floor(place), values.length - 1), share = place - low;
   return share ? values[low] * (1 - share) + values[low + 1] * share : values[low];
 }

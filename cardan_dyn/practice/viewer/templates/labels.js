@@ -37,34 +37,25 @@ for (const joint of told.joints) {
   for (const { unit, values } of joint.series) {
     whole[unit] = Math.max(whole[unit] || 0, ...extent(array(values)).map(Math.abs));
   }
+  const named = new Map(joint.series.map((item) => [item.name, item]));
   for (const root of ["torsion", "bending", "force", "axial", "shear"]) {
-    const arrow = nodes.get(`/${root}/${joint.node}`);
-    const series = joint.series.find((item) => item.name === root)
-      || (root === "bending" && joint.series.find((item) => item.name === "moment"));
-    const legend = data.legend.find((item) => item.part === root);
-    if (arrow && series && legend) {
-      const values = array(series.values), [least, most] = extent(values);
-      const greatest = Math.max(-least, most);
-      if (!greatest) continue;
-      addLabel({
-        joint, node: arrow, kind: "number", color: legend.color, root,
-        values, moment: series.unit !== "N", told: toldUpTo(greatest, series.unit, 3), unique: series.unique,
-        least: 0.004 * whole[series.unit],
-      });
-    }
+    const series = named.get(root) || (root === "bending" && named.get("moment"));
+    if (!series) continue;
+    addNumber(`/${root}/${joint.node}`, array(series.values), series.unit, {
+      joint, kind: "number", root, moment: series.unit !== "N", unique: series.unique,
+      least: 0.004 * whole[series.unit],
+    });
   }
 }
 for (const row of loads) {
-  const arrow = nodes.get(`/loads/${row.node}`);
-  const legend = data.legend.find((item) => item.part === "loads");
-  if (!arrow || !legend) continue;
-  const values = row.values ? array(row.values) : null;
-  const [least, most] = values ? extent(values) : [row.value, row.value];
-  addLabel({
-    joint: jointNamed(row.joint), node: arrow, kind: "load",
-    color: legend.color, values, value: row.value, unique: true,
-    told: toldUpTo(Math.max(-least, most), row.unit, 3), least: 0,
-  });
+  const joint = jointNamed(row.joint);
+  addNumber(`/loads/${row.node}`, row.values, row.unit, { joint, kind: "load", unique: true, least: 0 });
+}
+function addNumber(path, values, unit, more) {
+  const arrow = nodes.get(path), greatest = Math.max(...extent(values).map(Math.abs));
+  if (!arrow || !greatest) return;
+  const color = arrow.children[0].material.userData.css;
+  addLabel({ node: arrow, color, values, told: toldUpTo(greatest, unit, 3), ...more });
 }
 
 // Boxes of the window in which no label may be: buttons and scales.
@@ -116,7 +107,7 @@ function anchorOf(label) {
 
 // Greater ones are placed first; the others make room, or are left out.
 function rank(label) {
-  const chosen = label.joint && choice.joint === label.joint.name ? 100 : 0;
+  const chosen = label.joint && choice.joint === label.joint ? 100 : 0;
   return chosen + { load: 40, name: 30, number: 20 }[label.kind]
     + (label.joint && bearings.has(label.joint.name) ? 5 : 0);
 }
@@ -125,7 +116,7 @@ function isWanted(label) {
   if (label.kind === "name") return shown.names && (!label.joint || isShown(label.joint));
   if (label.kind === "load") return shown.loads && shown.numbers;
   if (!isShown(label.joint) || Math.abs(label.now) < label.least) return false;
-  const chosen = choice.joint === label.joint.name;
+  const chosen = choice.joint === label.joint;
   if (!(chosen || shown.numbers)) return false;
   return label.moment ? shown.moments : shown.forces;
 }
@@ -142,7 +133,7 @@ function layoutLabels() {
   if (!obstacles) measureObstacles();
   const taken = obstacles.slice(), narrow = size.width < 600;
   for (const label of labels) {
-    if (label.kind !== "name") label.now = label.values ? valueAt(label.values, place) : label.value;
+    if (label.kind !== "name") label.now = valueAt(label.values, place);
   }
   const order = labels.filter(isWanted).sort((a, b) => rank(b) - rank(a));
   const placed = new Set();
@@ -184,7 +175,7 @@ function show(label, text, width, box, anchor) {
   const { element, line } = label;
   if (label.written !== text) element.textContent = label.written = text;
   if (label.wide !== width) element.style.width = `${label.wide = width}px`;
-  const chosen = Boolean(label.joint && choice.joint === label.joint.name && label.kind === "name");
+  const chosen = Boolean(label.joint && choice.joint === label.joint && label.kind === "name");
   if (label.marked !== chosen) element.classList.toggle("chosen", label.marked = chosen);
   element.style.transform = `translate(${box[0]}px, ${box[1]}px)`;
   if (!label.seen) element.hidden = false;

@@ -11,16 +11,15 @@ const backwards = course.values && course.values[count - 1] < course.values[0];
 const MOST_DRIVES = 4;
 let drivesTold = 0;
 const stateRows = told.state.map((row) => {
-  const values = row.values ? array(row.values) : null;
-  const text = make("dd"), word = row.kind[0].toUpperCase() + row.kind.slice(1);
+  const { values } = row, text = make("dd"), word = row.kind[0].toUpperCase() + row.kind.slice(1);
   // Of many drives the first ones are told at once, and the others if someone asks.
   const late = row.kind === "drive" && ++drivesTold > MOST_DRIVES;
   byId(late ? "more-state" : "state").append(make("dt", {}, word), text);
   const [unit, factor] = row.unit === "rad/s" ? ["1/min", 30 / Math.PI] : [row.unit, 1];
-  const size = values ? Math.max(...extent(values).map(Math.abs)) : 0;
-  const upTo = toldUpTo(size * factor, unit, 3), name = row.kind === "speed" ? "" : row.name;
-  const told = (value) => (values ? upTo.full(value * factor) : measured(value * factor, unit));
-  return { values, value: row.value, text, told: (value) => `${name} ${told(value)}`.trim() };
+  const upTo = toldUpTo(factor * Math.max(...extent(values).map(Math.abs)), unit, 3);
+  const name = row.kind === "speed" ? "" : row.name, moves = values.length > 1;
+  const full = moves ? upTo.full : (value) => measured(value, unit);
+  return { values, text, moves, told: (value) => `${name} ${full(value * factor)}`.trim() };
 });
 if (drivesTold > MOST_DRIVES) {
   byId("more").hidden = false;
@@ -28,8 +27,7 @@ if (drivesTold > MOST_DRIVES) {
 }
 function tellState(all) {
   for (const row of stateRows) {
-    const value = row.values ? valueAt(row.values, place) : row.value;
-    if (row.values || all) row.text.textContent = row.told(value);
+    if (row.moves || all) row.text.textContent = row.told(valueAt(row.values, place));
   }
 }
 
@@ -125,7 +123,7 @@ function fillList() {
       option.append(make("span", {}, joint ? `${item.type}${star}` : "link"));
       const chosen = joint ? { joint: item } : { link: item };
       option.addEventListener("click", () => select(chosen));
-      options.push({ option, name: item.name, joint, chosen });
+      options.push({ option, chosen });
       group.append(option);
     }
     list.append(make("li", { role: "presentation" }, group));
@@ -141,11 +139,9 @@ function fillList() {
 }
 
 function select({ joint = null, link = null } = {}) {
-  choice.joint = joint ? joint.name : null;
-  choice.link = link;
+  Object.assign(choice, { joint, link });
   for (const item of options) {
-    const chosen = joint ? item.joint && item.name === joint.name
-      : Boolean(link) && !item.joint && item.name === link.name;
+    const chosen = [joint, link].includes(item.chosen.joint || item.chosen.link);
     item.option.setAttribute("aria-selected", String(chosen));
     if (chosen) {
       byId("list").setAttribute("aria-activedescendant", item.option.id);
@@ -254,11 +250,8 @@ byId("fold").addEventListener("click", () => {
   const folded = document.body.classList.toggle("folded");
   byId("fold").setAttribute("aria-expanded", String(!folded));
   resize();
-  if (!folded) select(chosenNow());
+  if (!folded) select(choice);
 });
-function chosenNow() {
-  return { joint: jointNamed(choice.joint), link: choice.link };
-}
 
 function lookAt(name) {
   if (name === "fit") fit(); else lookFrom(VIEWS[name], parallel);
@@ -291,7 +284,7 @@ function stepBy(steps) {
 
 function nextJoint(by) {
   if (!told.joints.length) return;
-  const at = told.joints.findIndex((item) => item.name === choice.joint);
+  const at = told.joints.indexOf(choice.joint);
   const to = at < 0 ? (by > 0 ? 0 : told.joints.length - 1) : at + by + told.joints.length;
   select({ joint: told.joints[to % told.joints.length] });
 }

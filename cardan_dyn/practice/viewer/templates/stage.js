@@ -209,7 +209,7 @@ const choice = { where: "bearings", joint: null, link: null };
 
 // Whether the wrench and the name of a joint are shown.
 function isShown(joint) {
-  if (choice.joint === joint.name) return true;
+  if (choice.joint === joint) return true;
   if (choice.link && [joint.parent, joint.child].includes(choice.link.body)) return true;
   if (choice.where === "all") return true;
   return choice.where === "bearings" && (bearings.has(joint.name) || loaded.has(joint.name));
