@@ -240,10 +240,11 @@ def sheet(
 def _size(figsize: Size) -> Size:
     """Return a size of a figure that is one."""
     try:
-        width, height = (float(length) for length in figsize)
+        width, height = np.asarray(figsize, dtype=float).tolist()
+        known = 0.0 < width < np.inf and 0.0 < height < np.inf
     except (TypeError, ValueError):
-        width = height = 0.0
-    if not (0.0 < width < np.inf and 0.0 < height < np.inf):
+        known = False
+    if not known:
         raise ArgumentError(
             f"figsize is {described(figsize)}, expected width and height in inches, as in "
             "figsize=(7.2, 4.8)"

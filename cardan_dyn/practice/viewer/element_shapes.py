@@ -6,26 +6,24 @@ elements along coordinates stand about the axes of their joints.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from ...core.elements.bushing import Bushing
 from ...core.elements.element_forces import labels
 from ...core.elements.joint_elements import Actuator, JointElement, JointFriction, JointSpring
-from ...core.elements.link_motions import LinkMotion, LinkMotions
 from ...core.elements.pin_contact import PinContact
 from ...core.elements.point_actuator import PointActuator
 from ...core.elements.point_spring import PointSpring
-from ...core.mechanism.joints import Part
 from ...core.results.sweep import Sweep
-from ...kit.arrays import Array, quaternion_product
+from ...kit.arrays import Array
 from ...kit.quantities import amount
 from . import shapes as forms
 from .commands import Color, Drawing, Pose, node_name
+from .places import Axis, Places
 from .still import Still
-from .vectors import beside
 
 SPRING = Color.of("#d17b00")
 BUSHING = Color.of("#8d6e63", opacity=0.8, on_top=True, layer=2)
@@ -67,7 +65,10 @@ def draw_elements(drawing: Drawing, sweep: Sweep | Still, samples: Array) -> Non
     Raises:
         ArgumentError: an actuator's function fails.
     """
-    places = _Places(sweep, samples, drawing.size)
+    joints = [name for item in sweep.elements for name in item.joints]
+    links = [name for item in sweep.elements for name in item.links]
+    places = Places(sweep, samples, drawing.size, joints, links)
+    taken: Counter[str] = Counter()
     efforts: list[tuple[str, Array, Axis]] = []
     for index, (element, label) in enumerate(
         zip(sweep.elements, labels(sweep.elements), strict=True)
@@ -83,8 +84,13 @@ def draw_elements(drawing: Drawing, sweep: Sweep | Still, samples: Array) -> Non
             middle = places.point(element.link_b, element.point_b)
             pose = _standing(drawing, middle)
             drawing.add(path, _BALL, CONTACT, pose=pose, means="pin with clearance")
-        elif isinstance(element, JointElement) and places.knows(element):
-            axis = places.axis(element)
+        elif isinstance(element, JointElement) and (axis := places.axis(element.joint)):
+            z = axis.part.axis
+            aside = forms.upright(z)[:, 0] if axis.slides else z
+            count = taken[element.joint]
+            axis = axis._replace(shift=axis.shift + count * _APART * drawing.size * aside)
+            # The arrow of an actuator goes around the others.
+            taken[element.joint] += not isinstance(element, Actuator)
             if isinstance(element, Actuator):
                 effort = element.force(axis.x, axis.v, axis.time, label).effort
                 efforts.append((path, effort, axis))
@@ -121,107 +127,6 @@ def _between(
         drawing.add(path, _DASHPOT, CYLINDER, pose=pose, means="thrust of an actuator")
     else:
         drawing.add(path, _DASHPOT, DAMPER, pose=pose, means="damper")
-
-
-class _Places:
-    """Where the ends and axes of elements are at the samples that are shown."""
-
-    def __init__(self, sweep: Sweep | Still, samples: Array, radius: float) -> None:
-        self._mechanism, self._radius = sweep.mechanism, radius
-        self._named = self._mechanism.coordinates.named
-        self._rows = sweep.motion.rows[samples]
-        self._rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)[samples]
-        self._time = np.broadcast_to(sweep.time, sweep.motion.shape).reshape(-1)[samples]
-        links = {link for item in sweep.elements for link in item.links}
-        coordinates = self._mechanism.coordinates
-        parts = dict(zip(coordinates.starts, coordinates.parts, strict=True))
-        joints = {name for item in sweep.elements for name in item.joints}
-        self._parts = {name: parts[self._named[name].column] for name in joints}
-        bodies = {part.id for part in self._parts.values()}
-        motions = LinkMotions(self._mechanism, links, bodies)
-        self._corner = motions.corner
-        self._links = motions.at(self._rows, self._rates)
-        self._bodies = motions.bodies_at(self._rows, self._rates)
-        self._taken: dict[str, int] = {}
-
-    def point(self, link: str, place: Array) -> Array:
-        """Return where a point `(3,)` of a link is, `(n, 3)` [m]."""
-        motion = self._links[link]
-        at = motion.rotation @ place + motion.position + self._corner
-        return np.broadcast_to(at, (len(self._rows), 3))
-
-    def knows(self, element: JointElement) -> bool:
-        """Return whether the motion of an element's joint was solved."""
-        moved = self._bodies[self._parts[element.joint].id]
-        return bool(np.all(np.isfinite(moved.position)) and np.all(np.isfinite(moved.rotation)))
-
-    def axis(self, element: JointElement) -> Axis:
-        """Return the axis of an element's coordinate, shifted where others stand there already."""
-        item, part = self._named[element.joint], self._parts[element.joint]
-        moved = self._bodies[part.id]
-        joint = self._mechanism.joints[self._mechanism.drivable[element.joint].joint]
-        count = self._taken.get(element.joint, 0)
-        aside = forms.upright(part.axis)[:, 0] if part.kind == "prismatic" else part.axis
-        # The arrow of an actuator goes around the others.
-        self._taken[element.joint] = count + (not isinstance(element, Actuator))
-        return Axis(
-            part=part,
-            child=LinkMotion(
-                moved.rotation, moved.position + self._corner, moved.velocity, moved.spin
-            ),
-            x=self._rows[:, item.column],
-            v=self._rates[:, item.rate],
-            time=self._time,
-            shift=beside(self._mechanism, joint, self._radius) * joint.axis
-            + count * _APART * self._radius * aside,
-        )
-
-
-class Axis(NamedTuple):
-    """Where a coordinate's axis is at the samples that are shown.
-
-    Attributes:
-        part: the elementary part that turns about it or slides along it.
-        child: motion of the body that the part moves.
-        x: coordinate `(n,)` [rad or m].
-        v: its rate `(n,)` [rad/s or m/s].
-        time: `(n,)` [s].
-        shift: `(3,)` from the origin of the joint to the drawing, in the joint's axes [m].
-    """
-
-    part: Part
-    child: LinkMotion
-    x: Array
-    v: Array
-    time: Array
-    shift: Array
-
-    @property
-    def slides(self) -> bool:
-        """Whether the coordinate is a slide."""
-        return self.part.kind == "prismatic"
-
-    @property
-    def direction(self) -> Array:
-        """Unit axis in world axes `(n, 3)`."""
-        return np.broadcast_to(self.child.rotation @ self.part.axis, (len(self.x), 3))
-
-    @property
-    def origin(self) -> Array:
-        """Point of the axis at which the drawing stands, moved by the part `(n, 3)` [m]."""
-        at = self.child.position + self.child.rotation @ self.shift
-        return np.broadcast_to(at, (len(self.x), 3))
-
-    def quaternion(self, turn: Array | float = 0.0) -> Array:
-        """Return the turns `(n, 4)` from a drawing about z to the axis.
-
-        Args:
-            turn: `(n,)` by which the drawing is turned about the axis against the child [rad].
-        """
-        half = np.broadcast_to(0.5 * np.asarray(turn), self.x.shape)
-        about = np.stack([0.0 * half, 0.0 * half, np.sin(half), np.cos(half)], axis=1)
-        upright = forms.quaternions(self.child.rotation @ forms.upright(self.part.axis))
-        return quaternion_product(np.broadcast_to(upright, about.shape), about)
 
 
 def draw_along(drawing: Drawing, path: str, element: JointElement, axis: Axis) -> None:

@@ -8,14 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.elements.link_loads import Wrench
-from ...core.elements.link_motions import LinkMotions
 from ...core.results.sweep import Sweep
 from ...figures.wrenches import PARTS
 from ...kit.arrays import NOTHING, Array
-from ...kit.errors import ModelError
 from . import shapes as forms
 from .commands import Color, Drawing, Pose, node_name
-from .vectors import Vectors, beside, greatest
+from .places import Places
+from .vectors import Vectors, greatest
 
 LOAD = Color.of("#b71c1c", on_top=True, layer=7)
 DRIVE = Color.of("#00695c", opacity=0.9, on_top=True, layer=2)
@@ -38,7 +37,7 @@ def draw_loads(drawing: Drawing, sweep: Sweep, samples: Array) -> None:
         samples: `(n,)` indices of the samples that are shown.
     """
     radius = drawing.size
-    acting = [item for load in sweep.loads for item in _acting(sweep, load, samples, radius)]
+    acting = _acting(sweep, samples, radius)
     for kind in ("force", "moment"):
         drawn = [(name, at, vector) for name, what, at, vector in acting if what == kind]
         most = max((greatest(vector) for _, _, vector in drawn), default=0.0)
@@ -61,9 +60,8 @@ def without_loads(
     """Return vectors without the parts that are nothing but a load, which is drawn as such."""
     loads = {
         (sweep.mechanism.drivable[name].joint, PARTS[kind][0]): acting
-        for name, load in sweep.loads.items()
-        if not isinstance(load, Wrench)
-        for _, kind, _, acting in _acting(sweep, name, samples, radius)
+        for name, kind, _, acting in _acting(sweep, samples, radius)
+        if not isinstance(sweep.loads[name], Wrench)
     }
 
     def is_load(joint: str, kind: str, part: Array) -> bool:
@@ -89,18 +87,17 @@ def draw_drives(drawing: Drawing, sweep: Sweep, samples: Array, drives: Sequence
     The nodes are `/drive/NAME`. Arcs keep clear of each other, as far as their sense is still seen.
     """
     radius, means = drawing.size, "drive: sense in which it grows"
-    placed = {name: _axis_of(sweep, name, samples, radius) for name in drives}
-    known = {name: found for name, found in placed.items() if found is not None}
-    slides = {name: sweep.mechanism.drivable[name].slides for name in known}
-    for name, (at, axis) in known.items():
-        path, turn = f"/drive/{node_name(name)}", forms.towards(axis)
-        if slides[name]:
-            _draw_arrow(drawing, path, at, axis, DRIVE, means)
+    places = Places(sweep, samples, radius, drives)
+    known = {name: axis for name in drives if (axis := places.axis(name)) is not None}
+    for name, axis in known.items():
+        path, at = f"/drive/{node_name(name)}", axis.origin
+        if axis.slides:
+            _draw_arrow(drawing, path, at, axis.direction, DRIVE, means)
             continue
-        arcs = [other for key, (other, _) in known.items() if key != name and not slides[key]]
+        arcs = [other.origin for key, other in known.items() if key != name and not other.slides]
         gaps = [np.min(np.linalg.norm(at - other, axis=-1)) for other in arcs]
         size = np.clip(0.5 * min(gaps, default=radius), _LEAST * _ARC * radius, _ARC * radius)
-        pose = Pose.of(at, turn, np.full(1, size))
+        pose = Pose.of(at, forms.towards(axis.direction), np.full(1, size))
         drawing.add(path, forms.arc_arrow(), DRIVE, pose=pose, means=means)
         drawing.include(at)
 
@@ -130,57 +127,29 @@ def _draw_arrow(
     drawing.include(tail, tail + length * direction)
 
 
-def _acting(
-    sweep: Sweep, name: str, samples: Array, radius: float
-) -> list[tuple[str, str, Array, Array]]:
-    """Return name, kind, place `(n, 3)` [m] and vector `(n, 3)` of a load in world axes.
+def _acting(sweep: Sweep, samples: Array, radius: float) -> list[tuple[str, str, Array, Array]]:
+    """Return name, kind, place `(n, 3)` [m] and vector `(n, 3)` of loads in world axes.
 
     None of a load on something whose motion the sweep leaves out.
     """
-    load = sweep.loads[name]
-    if isinstance(load, Wrench):
-        motions = LinkMotions(sweep.mechanism, [name])
-        rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)
-        link = motions.at(sweep.motion.rows[samples], rates[samples])[name]
-        place = link.position + motions.corner + link.rotation @ np.asarray(load.point)
-        at = np.broadcast_to(place, (len(samples), 3))
-        found = []
-        for kind, values in (("force", load.force), ("moment", load.moment)):
-            vector = _of_samples(np.asarray(values), samples, trailing=1)
-            if load.frame != "world":
-                vector = np.einsum("...ij,...j->...i", link.rotation, vector)
-            found.append((name, kind, at, np.broadcast_to(vector, at.shape)))
-        return found if np.all(np.isfinite(at)) else []
-    along = _axis_of(sweep, name, samples, radius)
-    if along is None:
-        return []
-    kind = "force" if sweep.mechanism.drivable[name].slides else "moment"
-    return [(name, kind, along[0], _of_samples(load, samples)[..., None] * along[1])]
-
-
-def _axis_of(sweep: Sweep, name: str, samples: Array, radius: float) -> tuple[Array, Array] | None:
-    """Return where a coordinate is drawn and its axis, `(n, 3)`; None if that is not known."""
-    joint = sweep.mechanism.joints[sweep.mechanism.drivable[name].joint]
-    try:
-        origin, rotation = sweep.origin(joint.name)[samples], sweep.rotation(joint.name)[samples]
-    except ModelError:
-        return None
-    if not np.all(np.isfinite(origin)):
-        return None
-    axis = rotation @ joint.axis if joint.nv == 1 else _direction(sweep, name, samples)
-    at = origin + beside(sweep.mechanism, joint, radius) * (rotation @ joint.axis)
-    return at, np.broadcast_to(axis, at.shape)
-
-
-def _direction(sweep: Sweep, name: str, samples: Array) -> Array:
-    """Return the axis `(n, 3)` of one of several coordinates of a joint, in world axes."""
-    column = sweep.mechanism.coordinates.named[name].column
-    coordinates = sweep.mechanism.coordinates
-    part = dict(zip(coordinates.starts, coordinates.parts, strict=True))[column]
-    motions = LinkMotions(sweep.mechanism, [], [part.id])
-    rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)
-    body = motions.bodies_at(sweep.motion.rows[samples], rates[samples])[part.id]
-    return np.asarray(body.rotation @ part.axis)
+    links = [name for name, load in sweep.loads.items() if isinstance(load, Wrench)]
+    joints = [name for name in sweep.loads if name not in links]
+    places = Places(sweep, samples, radius, joints, links)
+    found = []
+    for name, load in sweep.loads.items():
+        if isinstance(load, Wrench):
+            at = places.point(name, np.asarray(load.point))
+            for kind, values in (("force", load.force), ("moment", load.moment)):
+                vector = _of_samples(np.asarray(values), samples, trailing=1)
+                if load.frame != "world":
+                    vector = np.einsum("...ij,...j->...i", places.rotation(name), vector)
+                if np.all(np.isfinite(at)):
+                    found.append((name, kind, at, np.broadcast_to(vector, at.shape)))
+        elif axis := places.axis(name):
+            kind = "force" if axis.slides else "moment"
+            size = _of_samples(load, samples)[..., None]
+            found.append((name, kind, axis.origin, size * axis.direction))
+    return found
 
 
 def _of_samples(values: Array, samples: Array, trailing: int = 0) -> Array:

@@ -27,6 +27,7 @@ _VARIABLES = (
     *("AMENT_PREFIX_PATH", "GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "SDF_PATH"),
 )
 """Environment variables that list directories of packages or models."""
+_is_file = os.path.isfile  # Of a name that is too long, Path.is_file raises an error.
 
 
 class Colored(NamedTuple):
@@ -62,8 +63,8 @@ def searched(name: str, folder: Path | None) -> str:
     start = folder or Path.cwd()
     if scheme not in _NAMED:
         return f"looked in {start}"
-    listed = ", ".join(f"{name} ({os.environ.get(name) or 'not set'})" for name in _VARIABLES[:1])
-    return f"looked in {start}, in the directories above it and in those of {listed}"
+    variable = f"{_VARIABLES[0]} ({os.environ.get(_VARIABLES[0]) or 'not set'})"
+    return f"looked in {start}, in the directories above it and in those of {variable}"
 
 
 def _parted(name: str) -> tuple[str, str]:
@@ -100,13 +101,6 @@ def _candidates(scheme: str, rest: str, folder: Path | None) -> Iterator[Path]:
     for directory in above if inside else ():
         if _is_file(directory / "package.xml"):
             yield directory / inside
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # A name that is too long, or has a null character.
-        return False
 
 
 def read_mesh(path: Path, part: str = "") -> tuple[Colored, ...]:

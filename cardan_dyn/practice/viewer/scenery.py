@@ -316,12 +316,12 @@ class _Builder:
         curve = curve * np.minimum(1.0, forms.ARROW * self._radius / np.maximum(size, NOTHING))
         stride = max(1, len(curve) // _TRACE_POINTS)
         points = np.concatenate([curve[::stride], curve[-1:]])
+        if np.max(np.ptp(points, axis=0)) < least:
+            return False
         moment = np.einsum("nij,nj->ni", item.rotation, curve)
         name, means = node_name(item.name), "moment 𝔐 and its trace in the shaft"
         thin = 0.5 * forms.ARROW_RADIUS
         self._draw_arrow(f"/moment/{name}", item.anchor, moment, TOTAL, means, thin)
-        if np.max(np.ptp(points, axis=0)) < least:
-            return False
         pose = Pose.of(item.anchor, forms.quaternions(item.rotation))
         wire = forms.path(points, _THIN * self._radius)
         self.drawing.add(f"/traces/{name}", wire, TOTAL, pose=pose)

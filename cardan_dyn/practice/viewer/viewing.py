@@ -246,9 +246,7 @@ def _has_display() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def render(
-    scenery: Scenery, title: str, told: dict[str, Any] | None = None, arrays: Arrays | None = None
-) -> str:
+def render(scenery: Scenery, title: str, told: dict[str, Any], arrays: Arrays) -> str:
     """Return the page of a scene, three.js included.
 
     Args:
@@ -260,7 +258,6 @@ def render(
     Raises:
         MissingExtraError: meshcat or Jinja is not installed.
     """
-    arrays = Arrays() if arrays is None else arrays
     data = {
         "title": title,
         "scene": scenery.drawing.packed(arrays),

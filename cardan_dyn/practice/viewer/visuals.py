@@ -15,13 +15,11 @@ from ...core.description.visual import Rgba, Visual
 from ...core.description.visuals import visuals_of
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import Array
-from ...kit.errors import ModelError
+from ...kit.errors import ModelError, choices
 from . import shapes as forms
 from .meshes import Colored, creased, find_mesh, read_mesh, searched, thinned
 from .shapes import Surface
 
-_MOST_LISTED = 6
-"""Meshes that a note names, so that it stays readable."""
 _MOST_FACES = 100_000
 """Triangles of all meshes above which they are thinned."""
 _PIXEL = 1.0 / 500.0
@@ -113,11 +111,9 @@ def shapes_of(mechanism: Mechanism) -> tuple[list[Shape], tuple[str, ...]]:
 
 def _missing(names: dict[str, str], where: str) -> str:
     """Return a note about meshes, by name with their first link, that were not found."""
-    listed = [f"{name!r} (link {link!r})" for name, link in names.items()][:_MOST_LISTED]
-    more = len(names) - len(listed)
-    text = ", ".join(listed) + (f" and {more} more" if more else "")
+    listed = (f"{name!r} (link {link!r})" for name, link in names.items())
     count = "a mesh was" if len(names) == 1 else f"{len(names)} meshes were"
-    return f"{count} not found: {text}; {where}"
+    return f"{count} not found: {choices(listed, most=6)}; {where}"
 
 
 def _shape(visual: Visual, mechanism: Mechanism, colored: Colored | None = None) -> Shape:

@@ -15,13 +15,14 @@ from cardan_dyn.core.elements.link_motions import LinkMotion
 from cardan_dyn.core.mechanism.joints import Part
 from cardan_dyn.practice.viewer import element_shapes as shapes
 from cardan_dyn.practice.viewer.commands import Drawing
+from cardan_dyn.practice.viewer.places import Axis
 from cardan_dyn.practice.viewer.shapes import ARROW
 
 TIMES = np.array([0.0, 1.0])
 X = np.array([0.3, -0.5])
 
 
-def axis(kind: str) -> shapes.Axis:
+def axis(kind: str) -> Axis:
     """Axis along y of the world, at (1, 0, 0) and moved there by 0.3 and -0.5."""
     y = np.array([0.0, 1.0, 0.0])
     cosine, sine, none = np.cos(X), np.sin(X), np.zeros(2)
@@ -30,7 +31,7 @@ def axis(kind: str) -> shapes.Axis:
     rotation = np.tile(np.eye(3), (2, 1, 1)) if slides else turned.transpose(2, 0, 1)
     position = np.array([1.0, 0.0, 0.0]) + (X[:, None] * y if slides else np.zeros((2, 1)))
     child = LinkMotion(rotation, position, np.zeros((2, 3)), np.zeros((2, 3)))
-    return shapes.Axis(Part(kind, y, 1), child, X, np.zeros(2), TIMES, np.zeros(3))
+    return Axis(Part(kind, y, 1), child, X, np.zeros(2), TIMES, np.zeros(3))
 
 
 def drawn(element: JointElement, kind: str) -> Drawing:

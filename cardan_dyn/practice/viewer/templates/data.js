@@ -1,9 +1,10 @@
 // The data of the page: what Python wrote, and numbers as people read them.
 
-const data = JSON.parse(document.getElementById("data").textContent);
+const byId = (id) => document.getElementById(id);
+const data = JSON.parse(byId("data").textContent);
 
 const bytes = (() => {
-  const text = atob(document.getElementById("arrays").textContent);
+  const text = atob(byId("arrays").textContent);
   const result = new Uint8Array(text.length);
   for (let index = 0; index < text.length; index++) result[index] = text.charCodeAt(index);
   return result.buffer;
@@ -15,9 +16,7 @@ function array([at, count, kind]) {
   return new KINDS[kind](bytes, at, count);
 }
 
-const told = data.told || {
-  sign: "", mode: "", course: {}, state: [], joints: [], links: [], duration: 8,
-};
+const { told } = data;
 for (const row of told.state) row.values = row.values ? array(row.values) : [row.value];
 const course = {
   name: told.course.name,

@@ -22,7 +22,7 @@ function ticks(low, high, about, unit) {
 }
 
 function drawGraphs(joint) {
-  const host = document.getElementById("graphs");
+  const host = byId("graphs");
   host.replaceChildren();
   graphs = [];
   rows = [];
@@ -60,7 +60,7 @@ function nameOf(item) {
 }
 
 function graphOf(joint, { scale, unit }, drawn) {
-  const wide = Math.max(host().clientWidth, 200), floor = HIGH - BOTTOM;
+  const wide = Math.max(byId("graphs").clientWidth, 200), floor = HIGH - BOTTOM;
   const low = Math.min(0, ...drawn.map((item) => item.least));
   const high = Math.max(0, ...drawn.map((item) => item.most));
   const [first, last] = extent(course.values);
@@ -104,10 +104,6 @@ function graphOf(joint, { scale, unit }, drawn) {
   });
   graphs.push({ cursor, dots, x, y });
   return svg;
-}
-
-function host() {
-  return document.getElementById("graphs");
 }
 
 // The least and the greatest value of each stretch, so that no peak is lost.

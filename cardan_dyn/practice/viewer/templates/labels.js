@@ -2,7 +2,7 @@
 
 const PLAIN = "#333333";     // the colour of names, which is that of all text
 const LABEL_HEIGHT = 18, PADDING = 3, APART = 2;
-const labelHost = document.getElementById("labels"), leaderHost = document.getElementById("leaders");
+const labelHost = byId("labels"), leaderHost = byId("leaders");
 const labels = [];
 const pen = document.createElement("canvas").getContext("2d");
 const widths = new Map();
@@ -63,7 +63,7 @@ let obstacles = null;
 function measureObstacles() {
   const frame = view.getBoundingClientRect();
   obstacles = ["views", "triad", "scales", "transport"].map((id) => {
-    const box = document.getElementById(id).getBoundingClientRect();
+    const box = byId(id).getBoundingClientRect();
     return [box.left - frame.left, box.top - frame.top, box.right - frame.left,
       box.bottom - frame.top];
   });

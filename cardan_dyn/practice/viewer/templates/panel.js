@@ -1,6 +1,5 @@
 // The panel: what moves, how fast, what is chosen and what is shown; keys and the pointer.
 
-const byId = (id) => document.getElementById(id);
 const slider = byId("slider"), output = byId("at"), playButton = byId("play");
 let place = 0;              // among the samples, with fractions
 let playing = false;
@@ -73,31 +72,21 @@ function step(passed) {
   tellPlace();
 }
 
-function play() {
-  if (!course.values || playing) return;
-  playing = true;
+function setPlaying(wished) {
+  if (!course.values || playing === wished) return;
+  playing = wished;
   lastTime = performance.now();
-  showPlaying();
-  request();
-}
-function pause() {
-  if (!playing) return;
-  playing = false;
-  showPlaying();
-  request();
-}
-function showPlaying() {
   playButton.textContent = playing ? "❚❚" : "▶";
   playButton.setAttribute("aria-label", playing ? "Pause" : "Play");
+  request();
 }
+const play = () => setPlaying(true), pause = () => setPlaying(false);
 
 function fillSpeeds() {
   const select = byId("speed"), whole = course.seconds ? course.seconds[count - 1] : 0;
   const real = whole ? told.duration / whole : 0;     // how fast real time is
-  const options = [0.125, 0.25, 0.5, 1, 2, 4, 8].map((value) => ({ value }));
-  if (real && !options.some(({ value }) => Math.abs(value - real) < 1e-9)) options.push({ value: real });
-  options.sort((a, b) => a.value - b.value);
-  for (const { value } of options) {
+  const speeds = new Set([0.125, 0.25, 0.5, 1, 2, 4, 8, real || 1]);
+  for (const value of [...speeds].sort((a, b) => a - b)) {
     const share = real ? value / real : 0;
     const text = !real ? `× ${value}` : Math.abs(share - 1) < 1e-9 ? "real time"
       : share < 1 ? `${rounded(1 / share)}× slower` : `${rounded(share)}× faster`;
@@ -264,7 +253,7 @@ for (const button of document.querySelectorAll("#views [data-view]")) {
   button.addEventListener("click", () => lookAt(button.dataset.view));
 }
 
-playButton.addEventListener("click", () => (playing ? pause() : play()));
+playButton.addEventListener("click", () => setPlaying(!playing));
 slider.addEventListener("input", () => {
   pause();
   const value = Number(slider.value);
@@ -327,7 +316,6 @@ function start() {
     for (const id of ["play", "slider", "at", "pace"]) byId(id).hidden = true;
   }
   if (!told.joints.length) byId("list").closest("section").hidden = byId("chosen").hidden = true;
-  showPlaying();
   tellState(true);
   const first = told.joints.find((item) => bearings.has(item.name) && item.series.length);
   select(first ? { joint: first } : {});
