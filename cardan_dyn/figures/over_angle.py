@@ -99,7 +99,8 @@ def ratio_and_angle_error(
     angles, drives = [], []
     for index, (label, turn) in enumerate(turns.items()):
         drives.append(drive_of(turn, drive))
-        if _slides(turn, drives[-1]):
+        coordinate = turn.mechanism.drivable.get(drives[-1])
+        if coordinate is not None and coordinate.slides:
             raise ArgumentError(
                 f"drive {drives[-1]!r} slides; an angle error is that of joints that turn. See "
                 "turn.motion.ratio and figures.over_angle"
@@ -114,12 +115,6 @@ def ratio_and_angle_error(
     ratio.set_ylabel("speed ratio ω₂/ω₁ [–]")
     lead.set_ylabel("angle error φ₂ − φ₁ [°]")
     return drawn.finish(title, 3)
-
-
-def _slides(turn: Swept, name: str) -> bool:
-    """Return whether a joint or coordinate is a slide."""
-    coordinate = turn.mechanism.drivable.get(name)
-    return coordinate is not None and coordinate.slides
 
 
 def _mean(values: Array, angle: Array) -> float:

@@ -610,8 +610,8 @@ def refuse_grid(turn: Swept) -> None:
     """
     if len(turn.shape) > 1:
         raise ArgumentError(
-            f"figures draw sweeps over one dimension, not of shape {turn.shape}; sweep one design "
-            "at a time"
+            f"figures and scenes show sweeps over one dimension, not of shape {turn.shape}; sweep "
+            "one design at a time"
         )
 
 

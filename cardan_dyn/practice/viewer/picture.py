@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...core.results.sweep import Sweep
-from ...figures.style import SMALL, Axes, Figure, axes_grid, plain
+from ...figures.style import SMALL, Axes, Figure, axes_grid, plain, refuse_grid
 from ...kit.arrays import Array
-from ...kit.errors import ArgumentError
 from .commands import Drawing, DrawnObject, Pose
 from .scenery import Parts, build
 
@@ -32,11 +31,7 @@ def picture(sweep: Sweep) -> Figure:
         MissingExtraError: Matplotlib is not installed.
         ArgumentError: the sweep has several dimensions, or its outputs leave nothing to draw.
     """
-    if len(sweep.shape) > 1:
-        raise ArgumentError(
-            f"a picture shows a sweep over one dimension, not of shape {sweep.shape}; sweep one "
-            "design at a time"
-        )
+    refuse_grid(sweep)
     named = len(sweep.outputs) <= _MOST_NAMES
     parts = Parts(True, False, False, False, False, named, True, True)
     scenery = build(sweep, sweep.outputs, parts, np.zeros(1, dtype=int))

@@ -22,6 +22,7 @@ import numpy as np
 from ...core.elements.element import Element
 from ...core.mechanism.configuration import Configuration
 from ...core.results.sweep import Sweep
+from ...figures.style import refuse_grid
 from ...kit.checks import described, file_path, names, positive, whole, writing
 from ...kit.errors import ArgumentError, MissingExtraError
 from ...motion.simulation.equilibrium import Equilibrium
@@ -145,11 +146,8 @@ def _checked_joints(sweep: Sweep | Still, joints: Sequence[str] | None) -> tuple
             f"view() takes the result of a sweep or a configuration, not {type(sweep).__name__}"
         )
     shown = sweep.outputs if joints is None else names("joints", joints)
-    if isinstance(sweep, Sweep) and len(sweep.shape) > 1:
-        raise ArgumentError(
-            f"view() takes a sweep over one dimension, not of shape {sweep.shape}; sweep one "
-            "design at a time"
-        )
+    if isinstance(sweep, Sweep):
+        refuse_grid(sweep)
     for name in shown:
         sweep[name]  # Raises an error if it is unknown.
     return shown

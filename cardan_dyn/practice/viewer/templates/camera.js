@@ -22,7 +22,7 @@ let drawnWith = 0, isTooSlow = false;
 const orbit = { target: new THREE.Vector3(), distance: 1, azimuth: 0, elevation: 0 };
 let touched = false, wanted = false, lastTime = 0;
 
-const frames = { count: 0, cost: 0 };
+const frames = { count: 0 };
 function request() {
   if (!wanted) {
     wanted = true;
@@ -33,7 +33,6 @@ function request() {
 let rest = 0;
 function frame(time) {
   wanted = false;
-  const start = performance.now();
   setSharpness(Math.min(motionSharpness, fine()));
   useCoarse(isTooSlow);
   clearTimeout(rest);
@@ -45,7 +44,6 @@ function frame(time) {
   lastTime = time;
   drawNow();
   frames.count += 1;
-  frames.cost += performance.now() - start;
   if (playing && onScreen) request();
 }
 

@@ -8,9 +8,9 @@ const pen = document.createElement("canvas").getContext("2d");
 const widths = new Map();
 
 function widthOf(text) {
-  const key = `${size.width < 600 ? 12 : 13} ${text}`;
+  const font = `600 ${size.width < 600 ? 12 : 13}px system-ui, sans-serif`, key = font + text;
   if (!widths.has(key)) {
-    pen.font = `600 ${size.width < 600 ? 12 : 13}px system-ui, sans-serif`;
+    pen.font = font;
     // Digits stand as wide as each other in the page, and may not in the measure.
     if (widths.size > 4000) widths.clear();
     widths.set(key, Math.ceil(pen.measureText(text.replace(/[0-9]/g, "0")).width) + 2 * PADDING + 1);
@@ -24,7 +24,7 @@ function addLabel(item) {
   line.style.display = "none";
   if (item.color !== PLAIN) ink(element, item.color, TEXT);
   labelHost.append(element);
-  labels.push({ ...item, element, line, seen: false, box: null, last: 0, at: new THREE.Vector3() });
+  labels.push({ ...item, element, line, seen: false, box: null, last: 0 });
 }
 
 for (const { path, text, color } of data.scene.labels) {
