@@ -78,6 +78,10 @@ def wrench_panels(
         told = dict(zip(names, enumerate(curves), strict=True))
         panels.append(Panel(f"{quantity}{star} [{unit}]", unit, whole[unit], told))
     notes = [sign_note(turn, marked)]
+    crosses = [name for name in joints if turn.mechanism.joint(name).type == "universal"]
+    if crosses and not set(shown) <= set(_SIZES):
+        straight = "turns with the child, and is across both pins where the joint is straight"
+        notes.append(f"the axis of {choices(crosses, most=3)} {straight}")
     notes += [f"not drawn: {choices(others, most=3)}"] if others else []
     return stacked(at, panels, note="; ".join(notes), line=line, **options)
 

@@ -102,12 +102,11 @@ function fillList() {
   const list = byId("list");
   for (const [title, items] of [["Joints", told.joints], ["Links", told.links]]) {
     if (!items.length) continue;
-    const group = make("ul", { role: "group" });
-    group.setAttribute("aria-label", title);
+    const group = make("ul", { role: "group", "aria-label": title });
     for (const item of items) {
       const joint = title === "Joints";
-      const option = make("li", { role: "option", id: `option-${options.length}` }, item.name);
-      option.setAttribute("aria-selected", "false");
+      const id = `option-${options.length}`;
+      const option = make("li", { role: "option", id, "aria-selected": "false" }, item.name);
       const star = joint && item.series.some((series) => !series.unique) ? " *" : "";
       option.append(make("span", {}, joint ? `${item.type}${star}` : "link"));
       const chosen = joint ? { joint: item } : { link: item };
