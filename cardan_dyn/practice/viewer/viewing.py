@@ -35,8 +35,6 @@ from .still import Still
 HOST = "127.0.0.1"
 _POINT_DECIMALS = 6
 """Decimals of the points that the camera has to see [m]: micrometres, which no screen shows."""
-_DURATION, _REAL = 8.0, (2.0, 60.0)
-"""Time in which a sweep is shown if none is given, and between which ones its own is taken [s]."""
 _JOIN_SECONDS = 0.5
 """Time after which waiting for the server starts again. Some systems do not deliver Ctrl-C to a
 thread that waits without a limit."""
@@ -117,8 +115,7 @@ def view(
 def _duration(along: Course) -> float:
     """Return in which time a course is shown: its own one, if that can be followed [s]."""
     own = 0.0 if along.seconds is None else float(along.seconds[-1])
-    least, most = _REAL
-    return own if least <= own <= most else _DURATION
+    return own if 2.0 <= own <= 60.0 else 8.0
 
 
 def _shot(
