@@ -6,11 +6,12 @@ Results draw themselves by these functions: `sweep.plot()`, see `results.plot`. 
 colours that people with colour blindness tell apart, line styles and markers that differ besides,
 so that a black-and-white print can be read. `save` writes SVG and PNG, or PDF. matplotlib is
 imported only where a figure is drawn. `figures.style` has what figures of the same look are made
-of, and `figures.work_precision` draws the results of benchmarks.
+of.
 
 `figures` draws arrays in one look (`style`: a `Sheet` has the axes, legend, title and note of a
-figure, `peaks` labels extremes) and knows nothing of results, which plot themselves through it:
-`columns` and `wrenches` draw lines over anything, the other files are figures of one kind.
+figure, an `Abscissa` draws curves on them, `peaks` labels extremes) and knows nothing of results,
+which plot themselves through it: `columns` and `wrenches` draw lines over anything, as `panels`
+below each other, the other files are figures of one kind.
 """
 
 from .compared import compared
@@ -18,7 +19,6 @@ from .orders import order_amplitudes, order_spectrum
 from .over_angle import over_angle, ratio_and_angle_error
 from .over_time import energy_over_time, over_time
 from .polar import force_polar, forces_in_place, moment_polar
-from .positions import universal_joint_positions
 from .style import save
 
 __all__ = [
@@ -33,5 +33,4 @@ __all__ = [
     "over_time",
     "ratio_and_angle_error",
     "save",
-    "universal_joint_positions",
 ]

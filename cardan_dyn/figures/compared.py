@@ -9,12 +9,11 @@ from numpy.typing import ArrayLike
 
 from .style import (
     POINTS,
+    Abscissa,
     Figure,
     Into,
     Size,
-    angle_axis,
     in_look,
-    line_style,
     point_style,
     sheet,
     thinned,
@@ -53,17 +52,17 @@ def compared(
     Raises:
         ArgumentError: more than one axes.
     """
-    angle = np.asarray(position, dtype=float)
-    shown = thinned(len(angle), points)
+    at = Abscissa(np.rad2deg(np.asarray(position, dtype=float)), over, "angle")
+    shown = thinned(len(at.values), points)
     indices = {label: index for index, label in enumerate({**computed, **closed})}
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
     for label, values in closed.items():
         name = f"{label}, closed form" if label in computed else label
-        axes.plot(np.rad2deg(angle), np.asarray(values), **line_style(indices[label]), label=name)
+        at.draw(axes, {name: values}, indices[label], label=name)
     for label, values in computed.items():
         style = {**point_style(indices[label]), "label": f"{label}, Pinocchio"}
-        axes.plot(np.rad2deg(angle)[shown], np.asarray(values)[shown], **style)
+        axes.plot(at.values[shown], np.asarray(values)[shown], **style)
+    drawn.over(at)
     axes.set_ylabel(quantity)
-    angle_axis(axes, over, angle)
     return drawn.finish(title, 3 if len(computed) + len(closed) > 6 else 2)

@@ -14,31 +14,29 @@ from numpy.typing import ArrayLike
 from ..kit.arrays import Array
 from ..kit.checks import numbers
 from ..kit.errors import ArgumentError, choices
+from ..kit.quantities import span
 from .orders import LEAST_SHOWN
 from .style import (
+    GUIDE,
     LETTER,
+    NAME,
     PER_MINUTE,
     SMALL,
-    SPEED,
+    Abscissa,
     Axes,
     Figure,
     Into,
     Size,
     abscissa,
-    curve_style,
     in_look,
     ordinate,
     ordinates,
     plain,
     point_style,
     sheet,
+    speeds,
 )
 
-_HERTZ = 0.5 / np.pi
-_FILLED = 0.75
-"""Part of a figure's width that its axes fill."""
-_ROW = 11
-"""Distance of rows of names [pt]."""
 _FILLS = {
     "instability": ("#e8b08f", "///"),
     "fold": ("#9db9dc", "..."),
@@ -77,35 +75,44 @@ def campbell(
     Raises:
         ArgumentError: shapes that do not match, or orders that are no numbers.
     """
-    at = abscissa("speed", speed)
-    modes = ordinates("frequency", frequency, at)
+    at = speeds(speed)
+    modes = ordinates("frequency", frequency, at.values)
     sides = np.zeros(modes.shape) if whirl is None else np.asarray(whirl, dtype=float)
     if sides.shape != modes.shape:
         raise ArgumentError(f"whirl has shape {sides.shape}, expected {modes.shape} as frequency")
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    swinging = np.where(modes > 0.0, modes, np.nan)
-    unknown = np.isnan(modes).all(axis=1)
-    known = np.isnan(swinging[~unknown])
-    for index, values in enumerate(swinging.T):
-        name = f"mode {index + 1}{_direction(sides[:, index])}"
-        style = curve_style(index, len(at))
-        axes.plot(at * PER_MINUTE, values * _HERTZ, **style, label=name)
-    top = float(np.nanmax(modes, initial=0.0)) * 1.15
-    fastest = float(at[np.argmax(np.abs(at))])
-    for order in np.atleast_1d(numbers("orders", orders)).ravel().tolist():
-        axes.plot(at * PER_MINUTE, order * np.abs(at) * _HERTZ, color="0.55", linewidth=0.9)
+    swinging = np.where(modes > 0.0, modes, np.nan) / (2.0 * np.pi)
+    names = [f"mode {index + 1}{_direction(side)}" for index, side in enumerate(sides.T)]
+    at.draw(axes, dict(zip(names, swinging.T, strict=True)))
+    fastest = float(at.values[np.argmax(np.abs(at.values))])
+    multiples = np.atleast_1d(numbers("orders", orders)).ravel()
+    # Beyond the line of the highest order nothing crosses: there only what is lowest is shown.
+    reach = float(np.max(multiples, initial=0.0)) * abs(fastest) / 60.0
+    tops = np.nanmax(swinging, axis=0, initial=0.0)
+    lows = np.nanmin(swinging, axis=0, initial=np.inf)
+    within = (lows <= reach) | (lows == np.min(lows, initial=np.inf))
+    top = 1.15 * float(np.max(tops[within], initial=0.0))
+    for order in multiples.tolist():
+        axes.plot(at.values, order * np.abs(at.values) / 60.0, **GUIDE)
         _name_order(axes, order, fastest, top)
     if critical is not None:
-        places = np.asarray(critical, dtype=float).reshape(-1, 2)
+        places = np.asarray(critical, dtype=float).reshape(-1, 2) * [PER_MINUTE, 0.5 / np.pi]
         style = {**point_style(0), "color": "black", "zorder": 3}
-        axes.plot(places[:, 0] * PER_MINUTE, places[:, 1] * _HERTZ, **style, label="critical speed")
-    _limit_speed(axes, at)
+        axes.plot(*places.T, **style, label="critical speed")
+    drawn.over(at)
     if top:
-        axes.set_ylim(0.0, top * _HERTZ)
-    axes.set(xlabel=SPEED, ylabel="natural frequency [Hz]")
-    notes = []
-    if np.any(known.any(axis=0) & ~known.all(axis=0)):
+        axes.set_ylim(0.0, top)
+    axes.set_ylabel("natural frequency [Hz]")
+    unknown = np.isnan(modes).all(axis=1)
+    gaps = np.isnan(swinging[~unknown])
+    beyond = [
+        f"{name} at {span(float(low), float(most), 'Hz')}"
+        for name, low, most in zip(names, lows, tops, strict=True)
+        if top < low < np.inf
+    ]
+    notes = [f"above, where no order crosses: {', '.join(beyond)}"] if beyond else []
+    if np.any(gaps.any(axis=0) & ~gaps.all(axis=0)):
         notes.append("gaps in lines: there the mode does not swing, it creeps or grows")
     if unknown.any():
         notes.append("gaps in all lines: there no motion is known")
@@ -137,18 +144,17 @@ def critical_speed_map(
     Raises:
         ArgumentError: shapes that do not match.
     """
-    at = abscissa("stiffness", stiffness)
+    at = Abscissa(abscissa("stiffness", stiffness), label, "range")
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    for index, (name, values) in enumerate(speeds.items()):
-        line = ordinate(name, values, at) * PER_MINUTE
-        line = np.where(np.isfinite(line), line, np.nan)
-        axes.loglog(at, line, **curve_style(index, len(at)), label=name)
+    lines = {name: np.asarray(values, dtype=float) for name, values in speeds.items()}
+    at.draw(axes, {k: np.where(np.isfinite(v), v * PER_MINUTE, np.nan) for k, v in lines.items()})
+    axes.loglog()
     if operating is not None:
         low, high = (end * PER_MINUTE for end in operating)
         axes.axhspan(low, high, color="0.9", zorder=0, label="operating range")
-    axes.set_xlim(at[0], at[-1])
-    axes.set(xlabel=label, ylabel="critical speed [1/min]")
+    drawn.over(at)
+    axes.set_ylabel("critical speed [1/min]")
     return drawn.finish(title, 3)
 
 
@@ -188,40 +194,40 @@ def orders_over_speed(
     Raises:
         ArgumentError: shapes that do not match.
     """
-    at, given = abscissa("speed", speed), phases or {}
+    at, given = speeds(speed), phases or {}
     drawn = sheet(2 if given else 1, share_x=True, ax=ax, figsize=figsize)
-    panels = drawn.panels
-    lines = {name: ordinate(name, values, at) for name, values in amplitudes.items()}
+    above, below = drawn.panels[0], drawn.panels[-1]
+    lines = {name: ordinate(name, values, at.values) for name, values in amplitudes.items()}
     sizes = {name: float(np.nanmax(np.abs(line), initial=0.0)) for name, line in lines.items()}
     greatest = max(sizes.values(), default=0.0)
     least = LEAST_SHOWN * greatest if logarithmic else 0.0
     kept = [name for name, size in sizes.items() if size >= least]
     for index, name in enumerate(kept):
-        line, style = lines[name], curve_style(index, len(at))
-        panels[0].plot(at * PER_MINUTE, line, **style, label=plain(name))
+        at.draw(above, {name: lines[name]}, index)
         if name in given:
-            turned = np.rad2deg(np.unwrap(ordinate(name, given[name], at)))
-            panels[1].plot(at * PER_MINUTE, turned, **style)
-    rows = _rows_of(critical or {}, float(np.ptp(at)), drawn.figure.get_figwidth())
-    for name, place in (critical or {}).items():
-        for panel in panels:
-            panel.axvline(place * PER_MINUTE, color="0.55", linewidth=0.9, linestyle=":")
-        _over(panels[0], place * PER_MINUTE, name, rows[name])
+            phase = np.unwrap(ordinate(name, given[name], at.values))
+            at.draw(below, {name: np.rad2deg(phase)}, index, label="")
+    places = {name: place * PER_MINUTE for name, place in (critical or {}).items()}
+    rows = _rows_of(places, float(np.ptp(at.values)), drawn.figure.get_figwidth())
+    for name, place in places.items():
+        for panel in drawn.panels:
+            panel.axvline(place, **GUIDE, linestyle=":")
+        offset = {"xytext": (0, 3 + 11 * rows[name]), "textcoords": "offset points"}
+        top = (place, 1.0)
+        above.annotate(name, top, xycoords=("data", "axes fraction"), ha="center", **offset, **NAME)
     for index, (name, points) in enumerate((peaks or {}).items()):
-        places = np.asarray(points, dtype=float).reshape(-1, 2)
-        places = places[(places[:, 0] >= at[0]) & (places[:, 0] <= at[-1])]
-        if len(places):
+        found = np.asarray(points, dtype=float).reshape(-1, 2) * [PER_MINUTE, 1.0]
+        found = found[(found[:, 0] >= np.min(at.values)) & (found[:, 0] <= np.max(at.values))]
+        if len(found):
             style = {**point_style(index), "color": "black", "zorder": 3}
-            panels[0].plot(places[:, 0] * PER_MINUTE, places[:, 1], **style, label=plain(name))
+            above.plot(*found.T, **style, label=plain(name))
     if logarithmic and greatest:
-        panels[0].set_yscale("log")
-        low, _ = panels[0].get_ylim()
-        panels[0].set_ylim(bottom=max(low, least))
-    panels[0].set_ylabel(f"amplitude [{unit}]")
+        above.set_yscale("log")
+        above.set_ylim(bottom=max(above.get_ylim()[0], least))
+    above.set_ylabel(f"amplitude [{unit}]")
     if given:
-        panels[1].set_ylabel("phase [°]")
-    _limit_speed(panels[-1], at)
-    panels[-1].set_xlabel(SPEED)
+        below.set_ylabel("phase [°]")
+    drawn.over(at)
     return drawn.finish(title, 3)
 
 
@@ -272,13 +278,11 @@ def stability_chart(
             axes.fill_between(across, low, high, **interval_style(axes, kind))
             axes.vlines(across, low, high, color="0.25", linewidth=0.7)
     if not any(intervals):
-        axes.text(
-            0.5, 0.5, "stable everywhere", transform=axes.transAxes, ha="center", color="0.35"
-        )
-    axes.set_xlim(*(end * PER_MINUTE for end in ends))
+        axes.text(0.5, 0.5, "stable everywhere", transform=axes.transAxes, ha="center", **NAME)
+    axes.set_xlim(*speeds(ends).values)
     axes.set_ylim(up[0], up[-1])
     axes.grid(visible=False)
-    axes.set(xlabel=SPEED, ylabel=f"{plain(joint)} [{'m' if slides else '°'}]")
+    axes.set(xlabel=speeds(ends).label, ylabel=f"{plain(joint)} [{'m' if slides else '°'}]")
     return drawn.finish(title, 4)
 
 
@@ -302,31 +306,20 @@ def _direction(sides: Array) -> str:
     return ", forward" if total > 0.0 else ", backward" if total < 0.0 else ""
 
 
-def _limit_speed(axes: Axes, at: Array) -> None:
-    """Let the abscissa end where the speeds do; of a single one, matplotlib leaves room."""
-    if at[0] != at[-1]:
-        axes.set_xlim(at[0] * PER_MINUTE, at[-1] * PER_MINUTE)
-
-
-def _name_order(axes: Axes, order: float, last: float, top: float) -> None:
+def _name_order(axes: Axes, order: float, fastest: float, top: float) -> None:
     """Write n× at the fast end of an order's line, where it leaves the figure."""
-    size = min(abs(last), top / order) if order else abs(last)
-    inwards = -1 if last > 0.0 else 1
-    axes.annotate(
-        f"{order:g}×",
-        (np.copysign(size, last) * PER_MINUTE, order * size * _HERTZ),
-        xytext=(4 * inwards, -4),
-        textcoords="offset points",
-        ha="right" if inwards < 0 else "left",
-        va="top",
-        color="0.35",
-        fontsize=SMALL,
-    )
+    share = min(1.0, 60.0 * top / (order * abs(fastest) or np.inf))
+    at = share * fastest, share * order * abs(fastest) / 60.0
+    inwards = -1 if fastest > 0.0 else 1
+    lean = "right" if inwards < 0 else "left"
+    offset = {"xytext": (4 * inwards, -4), "textcoords": "offset points"}
+    axes.annotate(f"{order:g}×", at, ha=lean, va="top", **offset, **NAME)
 
 
-def _rows_of(places: Mapping[str, float], span: float, width: float) -> dict[str, int]:
+def _rows_of(places: Mapping[str, float], extent: float, width: float) -> dict[str, int]:
     """Return in which row above the axes each name stands, so that none covers another one."""
-    letter = LETTER * SMALL / (72.0 * _FILLED * width) * (span or 1.0)
+    # Axes fill about three quarters of a figure.
+    letter = LETTER * SMALL / (54.0 * width) * (extent or 1.0)
     ends: list[float] = []
     rows: dict[str, int] = {}
     for name, place in sorted(places.items(), key=lambda item: item[1]):
@@ -335,17 +328,3 @@ def _rows_of(places: Mapping[str, float], span: float, width: float) -> dict[str
         rows[name] = next(free, len(ends))
         ends[rows[name] : rows[name] + 1] = [place + half]
     return rows
-
-
-def _over(axes: Axes, place: float, name: str, row: int) -> None:
-    """Write a name at the upper end of a vertical line, in a row."""
-    axes.annotate(
-        name,
-        (place, 1.0),
-        xycoords=("data", "axes fraction"),
-        xytext=(0, 3 + _ROW * row),
-        textcoords="offset points",
-        ha="center",
-        color="0.35",
-        fontsize=SMALL,
-    )

@@ -30,16 +30,6 @@ _COLOURS = "cividis"
 """A scale of colours that is even in grey as well."""
 _MISSING = "0.8"
 """Colour of cells without a value."""
-_LIMIT = 1
-"""Style of the line of a limit."""
-_LEVELS = 12
-"""About how many lines of equal values are drawn."""
-_IN_A_ROW = 3
-"""Most panels beside each other."""
-_FEWEST_ALPHA = 0.05
-"""Least opacity of a line among many."""
-_DRAWN_TOGETHER = 30.0
-"""Number of lines that are drawn without any of them shining through."""
 
 
 @in_look
@@ -118,9 +108,7 @@ def contour_map(
     scale, shown = prefix(float(np.nanmax(np.abs(cells))), unit)
     if np.ptp(cells[np.isfinite(cells)]) > 0.0:
         color = line_style(0)["color"]
-        lines = axes.contour(
-            across, up, cells.T / scale, levels=_LEVELS, colors=color, linewidths=0.9
-        )
+        lines = axes.contour(across, up, cells.T / scale, levels=12, colors=color, linewidths=0.9)
         axes.clabel(lines, fontsize=8)
     _draw_limit(axes, across, up, cells, limit, hatched=True)
     axes.set(xlabel=labels[0], ylabel=labels[1])
@@ -180,7 +168,7 @@ def _draw_limit(
         return
     low, high = float(finite.min()), float(finite.max())
     if low < limit <= high:
-        color = line_style(_LIMIT)["color"]
+        color = line_style(1)["color"]
         axes.contour(across, up, cells.T, levels=[limit], colors=color, linewidths=2.2)
     if hatched and limit < high:
         axes.contourf(across, up, cells.T, levels=[limit, high], colors="none", hatches=["///"])
@@ -276,7 +264,7 @@ def scatter(
     """
     if not parameters:
         raise ArgumentError("a scatter diagram needs a parameter at least")
-    columns = min(len(parameters), _IN_A_ROW)
+    columns = min(len(parameters), 3)
     rows = -(-len(parameters) // columns)
     drawn = sheet(
         rows,
@@ -299,7 +287,7 @@ def scatter(
             # A common power of ten at the end of the axis would stand on its label.
             panels[index].xaxis.set_major_formatter("{x:.3g}")
         if limit is not None:
-            panels[index].axhline(limit, color=line_style(_LIMIT)["color"], linewidth=1.2)
+            panels[index].axhline(limit, color=line_style(1)["color"], linewidth=1.2)
         if index % columns == 0:
             panels[index].set_ylabel(label)
         elif drawn.is_new:
@@ -344,7 +332,7 @@ def parallel_coordinates(
     import matplotlib
 
     colours = matplotlib.colormaps[_COLOURS](scaled[:, -1])
-    alpha = float(np.clip(_DRAWN_TOGETHER / len(table), _FEWEST_ALPHA, 1.0))
+    alpha = float(np.clip(30.0 / len(table), 0.05, 1.0))
     for index in np.argsort(table[:, -1]):
         beyond = limit is not None and table[index, -1] > limit
         axes.plot(

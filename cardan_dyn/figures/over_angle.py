@@ -10,16 +10,15 @@ from ..kit.arrays import Array
 from ..kit.errors import ArgumentError
 from .orders import EVEN
 from .style import (
+    Abscissa,
     Figure,
     Into,
     Size,
     Swept,
     angle_axis,
-    curve_style,
     drive_of,
     in_look,
     names,
-    plain,
     sheet,
 )
 from .wrenches import along, wrench_panels
@@ -100,28 +99,22 @@ def ratio_and_angle_error(
     angles, drives = [], []
     for index, (label, turn) in enumerate(turns.items()):
         drives.append(drive_of(turn, drive))
-        if _slides(turn, drives[-1]):
+        coordinate = turn.mechanism.drivable.get(drives[-1])
+        if coordinate is not None and coordinate.slides:
             raise ArgumentError(
                 f"drive {drives[-1]!r} slides; an angle error is that of joints that turn. See "
                 "turn.motion.ratio and figures.over_angle"
             )
         angle = turn.motion.position(drives[-1])
         error = turn.motion.position(output) - angle
-        style = {**curve_style(first + index, len(angle)), "label": plain(label)}
-        ratio.plot(np.rad2deg(angle), turn.motion.ratio(output, drives[-1]), **style)
-        mean = _mean(error, angle)
-        lead.plot(np.rad2deg(angle), np.rad2deg(error - mean), **style)
+        at = Abscissa(np.rad2deg(angle), "")
+        at.draw(ratio, {label: turn.motion.ratio(output, drives[-1])}, first + index)
+        at.draw(lead, {label: np.rad2deg(error - _mean(error, angle))}, first + index)
         angles.append(angle)
     angle_axis(lead, f"{', '.join(dict.fromkeys(drives))} [°]", np.concatenate(angles))
     ratio.set_ylabel("speed ratio ω₂/ω₁ [–]")
     lead.set_ylabel("angle error φ₂ − φ₁ [°]")
     return drawn.finish(title, 3)
-
-
-def _slides(turn: Swept, name: str) -> bool:
-    """Return whether a joint or coordinate is a slide."""
-    coordinate = turn.mechanism.drivable.get(name)
-    return coordinate is not None and coordinate.slides
 
 
 def _mean(values: Array, angle: Array) -> float:

@@ -14,7 +14,6 @@ from .style import (
     Into,
     Size,
     Swept,
-    curve_style,
     in_look,
     names,
     over,
@@ -22,10 +21,6 @@ from .style import (
     sheet,
 )
 from .wrenches import wrench_panels
-
-_LEAST_SHOWN = 1e-16
-"""Least residual that is drawn, half the rounding of a number: a logarithm knows no zero."""
-_RESIDUAL_LINE = {"color": "0.25", "linestyle": "-", "linewidth": 1.0}
 
 
 @in_look
@@ -99,15 +94,17 @@ def energy_over_time(
     kinetic, potential, work = energies.values()
     drawn = sheet(2, size=(7.2, 6.0), share_x=True, ax=ax, figsize=figsize)
     above, below = drawn.panels
-    for index, (label, values) in enumerate(energies.items()):
-        above.plot(time, values, **curve_style(index, len(time)), label=label)
+    at = over("time", time, "s")
+    at.draw(above, energies)
     scale = trajectory.energy_scale or 1.0
     residual = np.abs(kinetic - kinetic[0] + potential - work) / scale
-    style = {**curve_style(0, len(time)), **_RESIDUAL_LINE}
-    below.semilogy(time, np.maximum(residual, _LEAST_SHOWN), **style)
+    # A logarithm knows no zero: half the rounding of a number stands for it.
+    shown = {"residual": np.maximum(residual, 1e-16)}
+    at.draw(below, shown, color="0.25", linewidth=1.0, label="")
+    below.set_yscale("log")
     above.set_ylabel("energy [J]")
     below.set_ylabel("residual of the balance [–]")
-    drawn.over(over("time", time, "s"))
+    drawn.over(at)
     return drawn.finish(title, 3)
 
 

@@ -36,25 +36,8 @@ _AXES_OF = {
 _UNITS = {"force": ("F", "N"), "moment": ("M", "N·m")}
 _PLANES = ("xy", "yz", "xz", "zx", "yx", "zy")
 """Planes by the axes across and up; by itself z is up."""
-_LABELLED_WITHIN = 3.0
-"""How far a sample may be from a quarter turn and still be labelled with it [°]."""
-_SAME_POINT = 0.04
-"""Distance below which two labelled points share one label, as a fraction of the greatest
-component: labels at closer points would cover each other."""
-_FAR_END = 0.5
-"""Distance from the middle of the curve, as a fraction of the greatest, beyond which a label stands
-further out; a nearer point lies on the flank of a flat curve, where it stands to the side."""
-_LABEL_GAP = 10
-"""Distance of a label from its point [pt]."""
-_ALIGNED = 0.3
-"""Component of the direction to a label below which the label is centred across it."""
 _ROOM = 1.9
 """Width of the axes in widths of the curve: matplotlib does not make room for labels."""
-_SCALE_FORCE = 0.5
-"""Greatest force that the scale bar shows, as a fraction of the greatest force drawn."""
-_MARGIN, _BAR_BELOW = 0.08, 0.06
-"""Margin around the drawing of a mechanism, and distance of the scale bar below that margin, as
-fractions of the extent of the axes."""
 
 
 @in_look
@@ -181,17 +164,15 @@ def forces_in_place(
 
 def _scale_bar(axes: Axes, length: float, greatest: float) -> None:
     """Draw a round force as a bar; `length` is that of 1 N in the axes' unit."""
-    limit = _SCALE_FORCE * greatest
+    limit = 0.5 * greatest
     decade = 10.0 ** np.floor(np.log10(limit))
     force = decade * max(step for step in (1, 2, 5) if step * decade <= max(limit, decade))
-    axes.margins(_MARGIN)
-    (left, _), (low, high) = axes.get_xlim(), axes.get_ylim()
-    height = low - _BAR_BELOW * (high - low)
-    bar = [left, left + force * length]
-    axes.plot(bar, [height, height], color="black", marker="|", markersize=9)
-    axes.annotate(
-        amount(force, "N"), (bar[1], height), (6, 0), textcoords="offset points", va="center"
-    )
+    axes.margins(0.08)
+    left, (low, high) = axes.get_xlim()[0], axes.get_ylim()
+    height, end = low - 0.06 * (high - low), left + force * length
+    axes.plot([left, end], [height, height], color="black", marker="|", markersize=9)
+    offset = {"xytext": (6, 0), "textcoords": "offset points"}
+    axes.annotate(amount(force, "N"), (end, height), va="center", **offset)
 
 
 def _diagrams(
@@ -231,14 +212,11 @@ def _diagrams(
     curves, opened = [], list[str]()
     for wrench in wrenches:
         in_plane = plane or across(wrench.axis if wrench.has_axis else np.eye(3)[2])
-        columns_drawn = columns_of(in_plane)
-        ends = getattr(wrench, quantity)[:, columns_drawn]
+        ends = getattr(wrench, quantity)[:, columns_of(in_plane)]
         is_rounding = np.max(np.abs(ends), initial=0.0) <= NOTHING * whole
-        chosen = not determined(wrench, quantity, columns_drawn)
+        chosen = not determined(wrench, quantity, columns_of(in_plane))
         opened += [wrench.joint] * chosen
-        curves.append(
-            (in_plane, np.zeros(ends.shape) if is_rounding else ends, MARK if chosen else "")
-        )
+        curves.append((in_plane, 0.0 * ends if is_rounding else ends, MARK * chosen))
     # One scale for all of them: diagrams of one figure are compared by their sizes.
     half = max((reach(ends) for _, ends, _ in curves), default=0.0) or 0.5 * _ROOM * (whole or 1.0)
     width = drawn.figure.get_figwidth() / columns - 0.4
@@ -279,72 +257,52 @@ def diagram(
         limits[:, 1] = np.maximum(limits[:, 1], former.max(axis=1))
     axes.plot(*ends.T, **curve_style(0, len(ends)))
     axes.plot(0.0, 0.0, "+", color="black", markersize=12, markeredgewidth=1.4)
-    quarters = at if isinstance(at, Mapping) else _quarters(at)
-    marks = ends[list(quarters)]
-    axes.plot(*marks.T, "o", **{"color": line_style(0)["color"], "markersize": 5})
-    _annotate(axes, ends, _labels(ends, quarters, half / _ROOM))
+    labels = at if isinstance(at, Mapping) else _quarters(at)
+    axes.plot(*ends[list(labels)].T, "o", color=line_style(0)["color"], markersize=5)
+    _annotate(axes, ends, labels, half / _ROOM)
     axes.set(xlim=limits[0], ylim=limits[1])
     axes.set_aspect("equal")
     axes.locator_params(nbins=5)
 
 
-def _labels(ends: Array, quarters: Mapping[int, str], size: float) -> list[tuple[Array, str]]:
-    """Return points `(2,)` of a curve and their labels; points that coincide share one.
+def _annotate(axes: Axes, ends: Array, labels: Mapping[int, str], size: float) -> None:
+    """Write labels at samples of a curve `(N, 2)`, on the side on which it is not.
 
-    Args:
-        ends: of the curve `(N, 2)`.
-        quarters: samples to their labels.
-        size: of what the axes show; distances are small beside it or the curve.
+    Points that coincide, beside the curve or the `size` that axes show, share one.
     """
     extent = max(float(np.max(np.abs(ends))), size)
-    labelled: list[tuple[Array, list[str]]] = []
-    for index, label in quarters.items():
-        point = ends[index]
-        for earlier, labels in labelled:
-            if np.max(np.abs(earlier - point)) < _SAME_POINT * extent:
-                labels.append(label)
-                break
-        else:
-            labelled.append((point, [label]))
-    return [(point, ", ".join(labels)) for point, labels in labelled]
-
-
-def _annotate(axes: Axes, ends: Array, labels: list[tuple[Array, str]]) -> None:
-    """Write labels at points of a curve `(N, 2)`, on the side on which the curve is not."""
-    middle = 0.5 * (np.min(ends, axis=0) + np.max(ends, axis=0))
-    from_middle = ends - middle
-    farthest = from_middle[int(np.argmax(np.linalg.norm(from_middle, axis=1)))]
-    length = float(np.linalg.norm(farthest)) or 1.0
+    groups: dict[int, list[str]] = {}
+    for index, label in labels.items():
+        gaps = {other: np.max(np.abs(ends[other] - ends[index])) for other in groups}
+        same = next((other for other, gap in gaps.items() if gap < 0.04 * extent), index)
+        groups.setdefault(same, []).append(label)
+    arms = ends - 0.5 * (np.min(ends, axis=0) + np.max(ends, axis=0))
+    lengths = np.linalg.norm(arms, axis=1)
+    farthest, most = arms[np.argmax(lengths)], float(np.max(lengths))
     # Across the greatest extent of the curve: beside its flanks if it is flat.
-    aside = np.array([farthest[1], -farthest[0]]) / length if np.any(farthest) else np.ones(2)
-    for point, text in labels:
-        outward = point - middle
-        distance = float(np.linalg.norm(outward))
-        if distance > _FAR_END * length:
-            outward = outward / distance
-        else:
-            outward = aside if outward @ aside >= 0.0 else -aside
-        x, y = outward
+    aside = np.array([farthest[1], -farthest[0]]) / most if most else np.ones(2)
+    for index, words in groups.items():
+        outward = aside if arms[index] @ aside >= 0.0 else -aside
+        if lengths[index] > 0.5 * most:
+            outward = arms[index] / lengths[index]
+        # What is to the side or above by less stands in the middle.
+        right, up = (1 + int(np.sign(part) * (abs(part) > 0.3)) for part in outward)
         axes.annotate(
-            text,
-            point,
-            _LABEL_GAP * outward,
+            ", ".join(words),
+            ends[index],
+            10.0 * outward,
             textcoords="offset points",
-            ha="left" if x > _ALIGNED else "right" if x < -_ALIGNED else "center",
-            va="bottom" if y > _ALIGNED else "top" if y < -_ALIGNED else "center",
+            ha=("right", "center", "left")[right],
+            va=("top", "center", "bottom")[up],
             fontsize=SMALL,
         )
 
 
 def _quarters(angle: Array) -> dict[int, str]:
     """Return the samples nearest to the quarters of the first turn, and their labels."""
-    quarters = {}
-    for degrees in (0, 90, 180, 270):
-        distance = np.abs(np.rad2deg(angle) - degrees)
-        index = int(np.argmin(distance))
-        if distance[index] < _LABELLED_WITHIN:
-            quarters[index] = f"{degrees}°"
-    return quarters
+    away = {degrees: np.abs(np.rad2deg(angle) - degrees) for degrees in (0, 90, 180, 270)}
+    # Some degrees beside it, a sample is still called by it.
+    return {int(np.argmin(gap)): f"{degrees}°" for degrees, gap in away.items() if gap.min() < 3.0}
 
 
 def _ends(position: Array) -> dict[int, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import textwrap
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -46,37 +46,20 @@ _LINES: tuple[tuple[str, Any], ...] = (
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 POINTS = 36
 """About how many points are drawn of a result: every 10° of a revolution, clear of each other."""
-SPEED = "speed [1/min]"
-"""Label of an abscissa of speeds of rotation."""
 PER_MINUTE = 30.0 / np.pi
 """A speed of rotation of 1 rad/s [1/min]."""
 TITLE_SIZE = 11
 """Font size of titles [pt]."""
-_TICK = 45.0
-"""Distance of the ticks of an angle axis [°]."""
-_TICK_ROUNDING = 1e-6
-"""By how much an end of the range may miss a tick that is still drawn [°]: angles in degrees are
-off by rounding, some 1e-13."""
-_HALF_TURN, _WHOLE_TURN = 180.0, 361.0
-"""Range of angles for which these ticks are neither too few nor too many [°]; a whole turn may end
-one sample later."""
-_ROOM_BEYOND = 1.15
-"""How far an axis goes beyond a constant, seen from zero."""
+GUIDE = {"color": "0.55", "linewidth": 0.9}
+"""Style of lines that help to read others."""
+NAME = {"color": "0.35", "fontsize": 9}
+"""Style of what is written at them."""
 SMALL = 9
 """Font size of what is written within axes, and of notes [pt]."""
 LETTER = 0.6
 """Mean width of a letter as a fraction of the font size."""
-_POINTS_PER_INCH = 72.0
-_ROW = 0.24
-"""Height of a row of a legend [inch]."""
-_FREE_ROWS = 2
-"""Rows of a legend for which a figure has room; it grows for more of them."""
-_HANDLE = 9
-"""Width of a handle in a legend and of the gaps around it, in letters."""
 _LONGEST_LABEL = 60
 """Letters of a label in a legend, from which on it goes on in another line."""
-_FORMATS = (".svg", ".png", ".pdf", ".eps", ".ps", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
-"""Suffixes that name a format of figures; anything else behind a point belongs to the name."""
 SIGN = "what the parent link exerts on the child link"
 """Whose wrench is drawn: the sense of all forces and moments in joints."""
 LOOK: Any = {
@@ -223,7 +206,6 @@ def sheet(
     share_x: bool = False,
     ax: Into = None,
     figsize: Size | None = None,
-    **projection: str,
 ) -> Sheet:
     """Return axes to draw on: given ones, or those of a new figure in the look of this package.
 
@@ -235,7 +217,6 @@ def sheet(
         share_x: one abscissa for the axes of a column.
         ax: see `Into`.
         figsize: of a new figure [inch].
-        projection: `projection="polar"` or `"3d"`.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -245,24 +226,25 @@ def sheet(
     needed = rows * columns if count is None else count
     if ax is None:
         wanted = size if figsize is None else _size(figsize)
-        figure, grid = axes_grid(rows, columns, size=wanted, share_x=share_x, **projection)
+        figure, grid = axes_grid(rows, columns, size=wanted, share_x=share_x)
         panels = np.atleast_1d(grid)
         for panel in panels[needed:]:
             panel.remove()
         return Sheet(figure, panels[:needed], True, figsize is None)
     if figsize is not None:
         raise ArgumentError("figsize is that of a new figure: give either it or ax")
-    panels = _given(ax, needed, projection.get("projection", "rectilinear"))
+    panels = _given(ax, needed)
     return Sheet(panels[0].figure, panels, False, False)
 
 
 def _size(figsize: Size) -> Size:
     """Return a size of a figure that is one."""
     try:
-        width, height = (float(length) for length in figsize)
+        width, height = np.asarray(figsize, dtype=float).tolist()
+        known = 0.0 < width < np.inf and 0.0 < height < np.inf
     except (TypeError, ValueError):
-        width = height = 0.0
-    if not (0.0 < width < np.inf and 0.0 < height < np.inf):
+        known = False
+    if not known:
         raise ArgumentError(
             f"figsize is {described(figsize)}, expected width and height in inches, as in "
             "figsize=(7.2, 4.8)"
@@ -270,7 +252,7 @@ def _size(figsize: Size) -> Size:
     return width, height
 
 
-def _given(ax: Into, needed: int, projection: str) -> Array:
+def _given(ax: Into, needed: int) -> Array:
     """Return given axes in a row."""
     from matplotlib.axes import Axes as MatplotlibAxes
 
@@ -281,10 +263,10 @@ def _given(ax: Into, needed: int, projection: str) -> Array:
                 f"ax is {described(item)}, expected axes of matplotlib, such as those of "
                 "plt.subplots()"
             )
-        if item.name != projection:
+        if item.name != "rectilinear":
             raise ArgumentError(
-                f"ax has the projection {item.name!r}, expected {projection!r}: "
-                f'plt.subplots(subplot_kw={{"projection": {projection!r}}})'
+                f"ax has the projection {item.name!r}, expected 'rectilinear': give axes of "
+                "plt.subplots()"
             )
     if len(items) != needed:
         raise ArgumentError(
@@ -311,7 +293,7 @@ def axes_grid(
         columns: of axes.
         size: width and height [inch].
         share_x: one abscissa for the axes of a column.
-        projection: `projection="polar"` or `"3d"`.
+        projection: `projection="polar"`.
 
     Returns:
         The figure, and its axes: one, or an array `(rows * columns,)` row by row.
@@ -349,9 +331,16 @@ def plain(name: str) -> str:
     return ("\u200b" if name.startswith("_") else "") + name.replace("$", r"\$")
 
 
+def width_of(text: str, size: float = SMALL) -> float:
+    """Return how wide a text is [inch]."""
+    from matplotlib.textpath import TextPath
+
+    return float(TextPath((0.0, 0.0), text, size=size).get_extents().width) / 72.0
+
+
 def wrapped(text: str, width: float, size: float = TITLE_SIZE) -> str:
     """Return a text in lines that fit into a width [inch]."""
-    letters = max(8, int(width * _POINTS_PER_INCH / (LETTER * size)))
+    letters = max(8, int(width * 72.0 / (LETTER * size)))
     return "\n".join(
         part for line in text.split("\n") for part in textwrap.wrap(line, letters) or [""]
     )
@@ -384,8 +373,8 @@ def legend(figure: Figure, columns: int = 2, *, note: str = "", grows: bool = Fa
     )
     drawn.get_title().set_color("0.35")
     rows = -(-len(handles) // columns)
-    if grows and rows > _FREE_ROWS:
-        figure.set_figheight(figure.get_figheight() + _ROW * (rows - _FREE_ROWS))
+    if grows and rows > 2:  # For two there is room.
+        figure.set_figheight(figure.get_figheight() + 0.24 * (rows - 2))
 
 
 def _handles(panels: Iterable[Axes]) -> dict[str, Any]:
@@ -399,12 +388,12 @@ def _handles(panels: Iterable[Axes]) -> dict[str, Any]:
 
 def _fitting(figure: Figure, labels: list[str], most: int) -> int:
     """Return how many columns of labels fit into the width of a figure."""
-    letters = figure.get_figwidth() * _POINTS_PER_INCH / (LETTER * LOOK["font.size"])
+    # A handle and the gaps around it are about as wide as four letters of this size are high.
+    widths = [width_of(label, LOOK["font.size"]) + 4 * LOOK["font.size"] / 72 for label in labels]
     for columns in range(most, 1, -1):
         rows = -(-len(labels) // columns)
-        parts = (labels[first : first + rows] for first in range(0, len(labels), rows))
-        width = sum(max(map(len, part)) + _HANDLE for part in parts)
-        if width <= letters:
+        parts = (max(widths[first : first + rows]) for first in range(0, len(labels), rows))
+        if sum(parts) <= figure.get_figwidth():
             return columns
     return 1
 
@@ -456,7 +445,7 @@ def settle(panel: Axes, scale: float = 0.0) -> None:
     if size <= NOTHING * scale or size == 0.0:
         panel.set_ylim(-(scale or 1.0), scale or 1.0)
     else:
-        value = _ROOM_BEYOND * float(values[np.argmax(np.abs(values))])
+        value = 1.15 * float(values[np.argmax(np.abs(values))])
         panel.set_ylim(min(0.0, value), max(0.0, value))
 
 
@@ -488,7 +477,8 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[P
     import matplotlib
 
     base = file_path("path", path)
-    is_one = base.suffix.lower() in _FORMATS
+    # Anything else behind a point belongs to the name.
+    is_one = base.suffix.lower().removeprefix(".") in figure.canvas.get_supported_filetypes()
     files = [base] if is_one else [base.with_name(base.name + end) for end in (".svg", ".png")]
     for file in files:
         with writing(file) as part, matplotlib.rc_context(LOOK):
@@ -513,9 +503,9 @@ def angle_axis(axes: Axes, label: str, position: Array) -> None:
     if low == high:
         return  # A single position: matplotlib leaves room on both sides of it.
     axes.set_xlim(low, high)
-    if _HALF_TURN <= high - low <= _WHOLE_TURN:
-        first = _TICK * np.ceil((low - _TICK_ROUNDING) / _TICK)
-        axes.set_xticks(np.arange(first, high + _TICK_ROUNDING, _TICK))
+    ticks = 45.0 * np.arange(np.ceil(low / 45.0 - NOTHING), high / 45.0 + NOTHING)
+    if 4 <= len(ticks) <= 9:
+        axes.set_xticks(ticks)
 
 
 class Abscissa(NamedTuple):
@@ -549,6 +539,26 @@ class Abscissa(NamedTuple):
             return point_style(index)
         return curve_style(index, len(self.values))
 
+    def draw(
+        self, panel: Axes, curves: Mapping[str, ArrayLike], first: int = 0, **line: Any
+    ) -> list[Any]:
+        """Draw curves `(N,)` by their names, and return the lines.
+
+        Args:
+            panel: axes.
+            curves: names, as the legend has them, to values.
+            first: index of the first one's style.
+            line: properties of all of them, for `Axes.plot`.
+
+        Raises:
+            ArgumentError: a curve has another shape.
+        """
+        drawn = []
+        for index, (name, values) in enumerate(curves.items(), first):
+            style = {**self.style(index), "label": plain(name), **line}
+            drawn += panel.plot(self.values, ordinate(name, values, self.values), **style)
+        return drawn
+
     def name(self, panel: Axes) -> None:
         """Write the label at axes, and limit them."""
         if self.kind == "angle":
@@ -567,6 +577,15 @@ def over(name: str, values: ArrayLike, unit: str) -> Abscissa:
         return Abscissa(np.rad2deg(at), f"{plain(name)} [°]", "angle")
     label = f"{plain(name)} [{unit}]" if unit not in ("", "1") else plain(name)
     return Abscissa(at, label, "range")
+
+
+def speeds(speed: ArrayLike, kind: str = "range") -> Abscissa:
+    """Return speeds of rotation `(N,)` [rad/s], to be drawn over in 1/min.
+
+    Raises:
+        ArgumentError: they are none, or not finite.
+    """
+    return Abscissa(PER_MINUTE * abscissa("speed", speed), "speed [1/min]", kind)
 
 
 def thinned(count: int, points: int = POINTS) -> slice:
@@ -591,8 +610,8 @@ def refuse_grid(turn: Swept) -> None:
     """
     if len(turn.shape) > 1:
         raise ArgumentError(
-            f"figures draw sweeps over one dimension, not of shape {turn.shape}; sweep one design "
-            "at a time"
+            f"figures and scenes show sweeps over one dimension, not of shape {turn.shape}; sweep "
+            "one design at a time"
         )
 
 

@@ -14,21 +14,22 @@ from ..kit.arrays import NOTHING
 from ..kit.errors import ArgumentError
 from .critical_speeds import interval_style
 from .style import (
+    GUIDE,
     PER_MINUTE,
-    SPEED,
+    Abscissa,
     Figure,
     Into,
     Size,
     abscissa,
-    angle_axis,
-    curve_style,
     in_look,
     line_style,
     ordinate,
     ordinates,
+    over,
     plain,
     point_style,
     sheet,
+    speeds,
 )
 
 
@@ -57,15 +58,12 @@ def over_revolution(
     Raises:
         ArgumentError: shapes that do not match.
     """
-    at = abscissa("position", position)
-    courses = ordinates("values", values, at, len(names))
+    at = _positions(position)
+    courses = ordinates("values", values, at.values, len(names))
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    for index, name in enumerate(names):
-        axes.plot(
-            np.rad2deg(at), courses[:, index], **curve_style(index, len(at)), label=plain(name)
-        )
-    angle_axis(axes, "position of the drive [°]", at)
+    at.draw(axes, dict(zip(names, courses.T, strict=True)))
+    drawn.over(at)
     axes.set_ylabel(f"free coordinates [{unit}]")
     return drawn.finish(title, 4)
 
@@ -95,26 +93,21 @@ def coefficients(
     Raises:
         ArgumentError: shapes that do not match, or another number of axes.
     """
-    at, size = abscissa("position", position), len(names)
+    at, size = _positions(position), len(names)
     count = len(matrices)
     drawn = sheet(count, size=(7.2, 1.4 + 2.4 * count), share_x=True, ax=ax, figsize=figsize)
-    panels = drawn.panels
-    for panel, (what, given) in zip(panels, matrices.items(), strict=True):
+    for panel, (what, given) in zip(drawn.panels, matrices.items(), strict=True):
         values = np.asarray(given, dtype=float)
-        if values.shape != (len(at), size, size):
-            raise ArgumentError(
-                f"{what} has shape {values.shape}, expected {(len(at), size, size)}"
-            )
+        expected = (len(at.values), size, size)
+        if values.shape != expected:
+            raise ArgumentError(f"{what} has shape {values.shape}, expected {expected}")
         least = NOTHING * float(np.max(np.abs(values), initial=0.0))
-        for index in range(size * size):
-            row, column = divmod(index, size)
-            if np.max(np.abs(values[:, row, column])) <= least:
-                continue
-            entry = names[row] if row == column else f"{names[row]}, {names[column]}"
-            style = curve_style(index, len(at))
-            panel.plot(np.rad2deg(at), values[:, row, column], **style, label=plain(entry))
+        for index, entry in enumerate(values.reshape(len(values), -1).T):
+            if np.max(np.abs(entry)) > least:
+                both = dict.fromkeys(names[place] for place in divmod(index, size))
+                at.draw(panel, {", ".join(both): entry}, index)
         panel.set_ylabel(what)
-    angle_axis(panels[-1], "position of the drive [°]", at)
+    drawn.over(at)
     return drawn.finish(title, 3)
 
 
@@ -179,17 +172,16 @@ def run_up(
     Raises:
         ArgumentError: shapes that do not match.
     """
-    at = np.asarray(speed, dtype=float)
-    course = ordinate("values", values, at)
+    at = speeds(speed, "")
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    axes.plot(at * PER_MINUTE, course, color="0.6", linewidth=0.7, label="simulated")
+    course = ordinate("values", values, at.values)
+    axes.plot(at.values, course, color="0.6", linewidth=0.7, label="simulated")
     for index, (name, (places, heights)) in enumerate((predicted or {}).items()):
-        speeds = np.asarray(places, dtype=float)
-        height = ordinate(name, heights, speeds)
-        for sign, text in ((1.0, name), (-1.0, None)):
-            axes.plot(speeds * PER_MINUTE, sign * height, **line_style(index), label=text)
-    axes.set(xlabel=SPEED, ylabel=f"free coordinate [{unit}]")
+        curve = speeds(places, "").draw(axes, {name: heights}, index)[0]
+        axes.plot(curve.get_xdata(), -curve.get_ydata(), **line_style(index))
+    drawn.over(at)
+    axes.set_ylabel(f"free coordinate [{unit}]")
     return drawn.finish(title, 3)
 
 
@@ -220,19 +212,18 @@ def torque_over_speed(
     Raises:
         ArgumentError: shapes that do not match.
     """
-    at = np.asarray(speed, dtype=float)
+    at = speeds(speed, "")
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    axes.plot(at * PER_MINUTE, ordinate("torque", torque, at), **line_style(0), label="absorbed")
+    at.draw(axes, {"absorbed": ordinate("torque", torque, at.values)})
     if available is not None:
-        given = ordinate("available", available, at)
-        axes.plot(at * PER_MINUTE, given, **line_style(1), label="of the drive")
+        at.draw(axes, {"of the drive": ordinate("available", available, at.values)}, 1)
     for index, (place, height) in enumerate(barriers):
         label = "" if index else "barrier"
         axes.plot(place * PER_MINUTE, height, **point_style(2), label=label or None)
     if held is not None:
-        axes.axvline(held * PER_MINUTE, color="0.55", linewidth=0.9, linestyle=":", label="held")
-    axes.set_xlabel("speed [1/min]")
+        axes.axvline(held * PER_MINUTE, **GUIDE, linestyle=":", label="held")
+    drawn.over(at)
     axes.set_ylabel("mean torque [N·m]")
     return drawn.finish(title, 4)
 
@@ -261,18 +252,21 @@ def multipliers(
     Raises:
         ArgumentError: shapes that do not match.
     """
-    at = abscissa("speed", speed)
-    every = ordinates("sizes", sizes, at)
+    at = speeds(speed)
+    every = ordinates("sizes", sizes, at.values)
     drawn = sheet(ax=ax, figsize=figsize)
     (axes,) = drawn.panels
-    for index in range(every.shape[1]):
-        style = curve_style(index, len(at))
-        axes.plot(at * PER_MINUTE, every[:, index], **style, label=f"multiplier {index + 1}")
+    at.draw(axes, {f"multiplier {index}": size for index, size in enumerate(every.T, 1)})
     for lower, upper, kind in intervals:
         across = np.array([lower, upper]) * PER_MINUTE
         axes.axvspan(*across, zorder=0, **interval_style(axes, kind))
         for edge in across.tolist():
             axes.axvline(edge, color="0.25", linewidth=0.7)
-    axes.axhline(1.0, color="0.55", linewidth=0.9, linestyle=":")
-    axes.set(xlabel=SPEED, ylabel="size of multipliers")
+    axes.axhline(1.0, **GUIDE, linestyle=":")
+    drawn.over(at)
+    axes.set_ylabel("size of multipliers")
     return drawn.finish(title, 4)
+
+
+def _positions(position: ArrayLike) -> Abscissa:
+    return over("position of the drive", abscissa("position", position), "rad")

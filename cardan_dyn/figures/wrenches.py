@@ -9,8 +9,8 @@ import numpy as np
 
 from ..kit.arrays import NOTHING, ROUNDED, Array
 from ..kit.errors import ArgumentError, choices
-from .peaks import label_peaks
-from .style import SIGN, Abscissa, Figure, Into, Size, Swept, plain, settle, sheet
+from .panels import Panel, stacked
+from .style import SIGN, Abscissa, Figure, Swept
 
 UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
 """Quantities of a `JointWrench` that are drawn as lines, and their units."""
@@ -18,10 +18,10 @@ _SIZES = {"force": "N", "moment": "N·m"}
 """Vectors of a `JointWrench` whose sizes are drawn, also of joints without an axis."""
 QUANTITIES = {**UNITS, **_SIZES}
 """Both, and their units."""
-PARTS = {"force": ("axial", "shear"), "moment": ("torsion", "bending")}
-"""Quantities to their parts along and across the axis of a joint."""
 MARK = " *"
 """What follows the name of something that statics leaves open."""
+PARTS = {"force": ("axial", "shear"), "moment": ("torsion", "bending")}
+"""Quantities to their parts along and across the axis of a joint."""
 
 
 def wrench_panels(
@@ -30,12 +30,8 @@ def wrench_panels(
     at: Abscissa,
     quantities: Sequence[str],
     *,
-    title: str = "",
-    peaks: bool | None = None,
     others: Collection[str] = (),
-    ax: Into = None,
-    figsize: Size | None = None,
-    line: Mapping[str, Any] | None = None,
+    **options: Any,
 ) -> Figure:
     """Draw wrenches over an abscissa: an axes per quantity, a line per joint.
 
@@ -48,12 +44,8 @@ def wrench_panels(
         at: the abscissa.
         quantities: of `UNITS`, or `force` and `moment` for the sizes of the whole; those that are
             not all but zero if there are none.
-        title: of the figure.
-        peaks: see `label_peaks`.
         others: joints that were left out because none was named, which a note says.
-        ax: see `sheet`.
-        figsize: likewise.
-        line: properties of the lines, for `Axes.plot`.
+        options: of `stacked`.
 
     Raises:
         ModelError: a joint is unknown, none of the outputs, or has no axis.
@@ -72,28 +64,26 @@ def wrench_panels(
         turn.mechanism.characteristic_length,
     )
     shown = quantities or _acting(wrenches, whole)
-    drawn = sheet(
-        len(shown), size=(7.2, 1.4 + 2.6 * len(shown)), share_x=True, ax=ax, figsize=figsize
-    )
     opened = {(w.joint, name) for w in wrenches for name in shown if not determined(w, name)}
-    for row, (quantity, panel) in enumerate(zip(shown, drawn.panels, strict=True)):
-        first, curves = drawn.drawn(row), []
-        for index, wrench in enumerate(wrenches):
-            style = {**at.style(first + index), "label": plain(wrench.joint)}
-            style |= line or {}
-            # A joint has one name in all axes: its star and that of the quantity belong together.
-            if any(joint == wrench.joint for joint, _ in opened):
-                style["label"] += MARK
-            curves += panel.plot(at.values, values_of(wrench, quantity), **style)
-        star = MARK if any(name == quantity for _, name in opened) else ""
+    # A joint has one name in all axes: its star and that of the quantity belong together.
+    marked = {joint for joint, _ in opened}
+    line = dict(options.pop("line", None) or {})
+    label = line.pop("label", "")
+    names = [(label or w.joint) + MARK * (w.joint in marked) for w in wrenches]
+    panels = []
+    for quantity in shown:
+        star = MARK * any(name == quantity for _, name in opened)
+        curves = [values_of(wrench, quantity) for wrench in wrenches]
         unit = QUANTITIES[quantity]
-        panel.set_ylabel(f"{quantity}{star} [{unit}]")
-        settle(panel, whole[unit])
-        label_peaks(panel, curves, unit, at.unit, peaks, whole[unit])
-    drawn.over(at)
-    notes = [sign_note(turn, {joint for joint, _ in opened})]
+        told = dict(zip(names, enumerate(curves), strict=True))
+        panels.append(Panel(f"{quantity}{star} [{unit}]", unit, whole[unit], told))
+    notes = [sign_note(turn, marked)]
+    crosses = [name for name in joints if turn.mechanism.joint(name).type == "universal"]
+    if crosses and not set(shown) <= set(_SIZES):
+        straight = "turns with the child, and is across both pins where the joint is straight"
+        notes.append(f"the axis of {choices(crosses, most=3)} {straight}")
     notes += [f"not drawn: {choices(others, most=3)}"] if others else []
-    return drawn.finish(title, 4, "; ".join(notes))
+    return stacked(at, panels, note="; ".join(notes), line=line, **options)
 
 
 def sign_note(turn: Swept, opened: Collection[str]) -> str:

@@ -350,7 +350,6 @@ def test_figures_and_the_viewer_ask_for_one_design(joint: cd.Mechanism) -> None:
         lambda: figures.ratio_and_angle_error({"grid": grid}),
         lambda: figures.force_polar(grid, "pin_in"),
         lambda: figures.moment_polar(grid, "pin_in"),
-        lambda: figures.universal_joint_positions(grid, [0], ["start"]),
         lambda: draw(grid, joints=[]),
     ):
         with pytest.raises(cd.ArgumentError, match=r"one dimension, not of shape \(2, 4\)"):

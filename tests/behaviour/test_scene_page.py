@@ -142,9 +142,9 @@ def test_labels_stand_out_in_the_light_and_in_the_dark(
         assert len(found) > 4 and min(found) >= 4.5
         # Every swatch of the legend, and so every arrow, has 3 : 1.
         swatches = page.evaluate(
-            """swatches.map(({ swatch }) => contrast(getComputedStyle(swatch).backgroundColor
-              .match(/[\\d.]+/g).slice(0, 3).map((value) => value / 255),
-              channels(BACKGROUNDS[theme])))"""
+            """[...document.querySelectorAll(".swatch")].map((swatch) => contrast(
+              getComputedStyle(swatch).backgroundColor.match(/[\\d.]+/g).slice(0, 3)
+                .map((value) => value / 255), channels(BACKGROUNDS[theme])))"""
         )
         assert len(swatches) > 4 and min(swatches) >= 3.0
         grounds.append(page.picture(0.2)[400, 20].sum())
@@ -243,7 +243,7 @@ def test_what_statics_leaves_open_is_marked(four_bar: Page) -> None:
     expected = {"torsion": True, "shear": True}
     assert four_bar.evaluate(known) == expected
     assert any(re.fullmatch(r"shear [\d.]+ N", text) for text in texts)
-    chosen = "{ kind: 'number', root: 'axial', now: 3, scale: 1, decimals: 1, unit: 'N' }"
+    chosen = "{ kind: 'number', root: 'axial', now: 3, told: toldUpTo(99, 'N', 3) }"
     assert four_bar.evaluate(f"textOf({chosen})") == "axial 3.0 N *"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import re
+import shutil
 import warnings
 from pathlib import Path
 from typing import Any
@@ -104,6 +105,7 @@ def test_reads_results_of_benchmarks(tmp_path: Path, monkeypatch: pytest.MonkeyP
     ]
     folder = tmp_path / "benchmarks" / "results"
     folder.mkdir(parents=True)
+    shutil.copy(DIRECTORY.parent / "benchmarks" / "work_precision.py", folder.parent)
     content = json.dumps({"machine": {}, "records": records})
     (folder / "precision.json").write_text(content, encoding="utf-8")
     executed = run("run_time_against_error", tmp_path, monkeypatch)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from ...core.results.sweep import Sweep
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
 from . import shapes as forms
-from .commands import STEADY, Color, Drawing, Pose, mesh, node_name
+from .commands import STEADY, Color, Drawing, Pose, node_name
 from .default_shapes import (
     Attachment,
     Body,
@@ -38,16 +39,6 @@ PALETTE = tuple(
 )
 """Colours of bodies of which nothing states one, in turn. Neighbours in the list differ for all
 eyes, and each stands out from a light and from a dark background (WCAG 2.2: at least 3 to 1)."""
-_WHITEST = 0.85
-"""Share of a stated colour that is drawn: the viewer's lights together are brighter than one, and
-white would lose its shades."""
-_FLOOR_OPACITY = 0.35
-"""Opacity of a plane that states no colour: what is below it is seen as well."""
-_PIN_SHADE = 0.6
-"""Share of a body's colour that its pins and balls have."""
-_CORNER_STRIDE = 8
-"""Every how manieth sample the corners of the shapes are followed: they only decide how much the
-camera has to see, and between two such samples a corner moves little."""
 
 
 class Bodies:
@@ -113,11 +104,10 @@ class Bodies:
     @cached_property
     def _stated_points(self) -> Array:
         """Points `(n, 3)` of joints and visuals [m]."""
-        drawn = self._drawn()
         centres = (
             self._swept(body, centre[None])
             for body in self._attachments
-            if body and body not in drawn and self._known(body)
+            if body and body not in self._drawn and self._known(body)
             if (centre := self._centre(body)) is not None
         )
         return np.concatenate(
@@ -132,122 +122,116 @@ class Bodies:
     @cached_property
     def _defaults(self) -> list[_Default]:
         """What stands for the links without visuals, and for universal joints."""
-        extent = float(np.linalg.norm(np.ptp(self._stated_points, axis=0)))
-        rod = rod_radius(self._attachments.values(), extent / 2.0 or self._length)
-        crosses = frozenset(
-            body
-            for body, items in self._attachments.items()
-            if body and is_cross(items, self._centre(body), rod)
-        )
-        drawn = self._drawn()
-        travel = {
-            item.joint: travel_of(
-                *(item, items, self._attachments[item.other], self._span(item, body), rod)
-            )._replace(is_free=not (self._stands(body) or self._stands(item.other)))
-            for body, items in self._attachments.items()
-            for item in items
-            if item.kind == "slide" and not item.is_child
-        }
-        down = downwards(self._attachments.get(0, ()))
-        sleeves = {
-            body: item
-            for body, items in self._attachments.items()
-            if body not in drawn and self._known(body) and self._centre(body) is None
-            if (item := sleeve_on(items, rod)) is not None
-        }
         found: list[_Default] = []
         for body, items in self._attachments.items():
-            if body in drawn or body not in self._link_of_body or not self._known(body):
+            if body in self._drawn or body not in self._link_of_body or not self._known(body):
                 continue
             if self._stands(body):
-                found += self._housings(body, items, down, sleeves, rod)
-            if body in sleeves:
-                continue
-            if self._stands(body):
-                found += self._bearings(body, items, down, crosses, travel, sleeves, rod)
-                continue
-            parts = Body(items, self._centre(body), crosses, travel, rod).parts()
-            path = f"/mechanism/{node_name(self._link_of_body[body])}"
-            found.append(_Default(path, body, parts))
-        return found + self._crosses({item.body for item in found} - {0, *sleeves}, rod)
+                found += self._bearings(body, items)
+            elif body not in self._sleeves:
+                parts = Body(items, self._centre(body), self._crosses, self._travel, self._rod)
+                found.append(_Default(self._path(body), body, parts.parts()))
+        made_up = {item.body for item in found} - {0, *self._sleeves}
+        return [*found, *self._made_up_crosses(made_up)]
 
+    @cached_property
     def _drawn(self) -> set[int]:
-        """Return the bodies that have visuals; a floor alone holds no bearings."""
+        """Bodies that have visuals; a floor alone holds no bearings."""
         return {shape.body for shape in self.shapes if shape.kind != "plane"}
 
-    def _crosses(self, made_up: set[int], rod: float) -> list[_Default]:
-        """Return the crosses of universal joints that have no link for them.
+    @cached_property
+    def _rod(self) -> float:
+        """Radius of rods [m]."""
+        extent = float(np.linalg.norm(np.ptp(self._stated_points, axis=0)))
+        return rod_radius(self._attachments.values(), extent / 2.0 or self._length)
+
+    @cached_property
+    def _crosses(self) -> frozenset[int]:
+        """Bodies that are crosses of universal joints."""
+        return frozenset(
+            body
+            for body, items in self._attachments.items()
+            if body and is_cross(items, self._centre(body), self._rod)
+        )
+
+    @cached_property
+    def _sleeves(self) -> dict[int, Attachment]:
+        """Bodies that are sleeves about shafts, and in which joint these turn."""
+        return {
+            body: item
+            for body, items in self._attachments.items()
+            if body not in self._drawn and self._known(body) and self._centre(body) is None
+            if (item := sleeve_on(items, self._rod)) is not None
+        }
+
+    @cached_property
+    def _travel(self) -> dict[str, Travel]:
+        """Where each slide goes over the shown samples."""
+        found = {}
+        for body, items in self._attachments.items():
+            for item in items:
+                if item.kind == "slide" and not item.is_child:
+                    others, span = self._attachments[item.other], self._span(item, body)
+                    free = not (self._stands(body) or self._stands(item.other))
+                    way = travel_of(item, items, others, span, self._rod)
+                    found[item.joint] = way._replace(is_free=free)
+        return found
+
+    def _path(self, body: int, *more: str) -> str:
+        names = (self._link_of_body[body], *more)
+        return f"/mechanism/{' '.join(map(node_name, names))}"
+
+    def _made_up_crosses(self, made_up: set[int]) -> Iterator[_Default]:
+        """Yield the crosses of universal joints that have no link for them.
 
         Args:
             made_up: bodies that have default shapes, of which a joint has at least one.
-            rod: radius of rods [m].
         """
-        found = []
         for body, items in self._attachments.items():
             for item in items:
-                if item.kind != "cross" or not item.is_child or not {body, item.other} & made_up:
-                    continue
-                if not (self._known(body) and self._known(item.other)):
-                    continue
-                other = next(
-                    end for end in self._attachments[item.other] if end.joint == item.joint
-                )
-                turn, place = self._placement(body)
-                own = np.broadcast_to(turn @ item.axis, (len(self._samples), 3))
-                across = np.broadcast_to(self._placement(item.other)[0] @ other.axis, own.shape)
-                axes = np.stack([across, own, np.cross(across, own)], axis=2)
-                pose = Pose.of(place + turn @ item.point, forms.quaternions(axes))
-                path = f"/mechanism/{node_name(self._link_of_body[body])} {node_name(item.joint)}"
-                parts = cross(
-                    [np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])], np.zeros(3), rod
-                )
-                found.append(_Default(path, body, parts, pose))
-        return found
+                known = self._known(body) and self._known(item.other)
+                if (
+                    item.kind == "cross"
+                    and item.is_child
+                    and known
+                    and {body, item.other} & made_up
+                ):
+                    turn, place = self._placement(body)
+                    own = np.broadcast_to(turn @ item.axis, (len(self._samples), 3))
+                    other = self._other_end(item)
+                    across = np.broadcast_to(self._placement(item.other)[0] @ other.axis, own.shape)
+                    axes = np.stack([across, own, np.cross(across, own)], axis=2)
+                    pose = Pose.of(place + turn @ item.point, forms.quaternions(axes))
+                    parts = cross([*np.eye(3)[:2]], np.zeros(3), self._rod)
+                    yield _Default(self._path(body, item.joint), body, parts, pose)
 
-    def _bearings(
-        self,
-        body: int,
-        items: list[Attachment],
-        down: Array,
-        crosses: frozenset[int],
-        travel: dict[str, Travel],
-        sleeves: dict[int, Attachment],
-        rod: float,
-    ) -> list[_Default]:
-        """Return the bearings of what moves on a body that stands still."""
-        found = []
-        turn = self._placement(body)[0][0].T
-        for item in items:
-            if self._stands(item.other) or not self._known(item.other) or item.other in sleeves:
-                continue
-            way = turn @ self._placement(item.other)[0][0] @ self._leaving(item)
-            span = travel.get(item.joint, Travel())
-            joint = self._sweep.mechanism.joints[item.joint]
-            along = beside(self._sweep.mechanism, joint, np.inf)
-            parts = bearing(item, turn @ down, way, along, crosses, span, rod)
-            found.append(_Default(f"/bearings/{node_name(item.joint)}", body, parts))
-        return found
+    def _other_end(self, item: Attachment) -> Attachment:
+        """Return a joint as the body on its other side has it."""
+        return next(end for end in self._attachments[item.other] if end.joint == item.joint)
 
-    def _housings(
-        self,
-        body: int,
-        items: list[Attachment],
-        down: Array,
-        sleeves: dict[int, Attachment],
-        rod: float,
-    ) -> list[_Default]:
-        """Return housings on a body that stands still, of sleeves in which shafts turn."""
-        found = []
+    def _bearings(self, body: int, items: list[Attachment]) -> Iterator[_Default]:
+        """Yield the bearings of what moves on a body that stands still.
+
+        Of sleeves in which shafts turn, they are housings.
+        """
         turn = self._placement(body)[0][0].T
+        down = turn @ downwards(self._attachments.get(0, ()))
         for item in items:
-            shaft = sleeves.get(item.other)
-            if body in sleeves or shaft is None:
+            shaft, along, travel = self._sleeves.get(item.other), 0.0, Travel()
+            if body in self._sleeves:
                 continue
-            axis = turn @ self._placement(item.other)[0][0] @ shaft.axis
-            seat = item._replace(kind="turn", axis=axis)
-            parts = bearing(seat, turn @ down, axis, 0.0, frozenset(), Travel(), rod)
-            found.append(_Default(f"/bearings/{node_name(item.joint)}", body, parts))
-        return found
+            if shaft is not None:
+                way = turn @ self._placement(item.other)[0][0] @ shaft.axis
+                item = item._replace(kind="turn", axis=way)
+            elif self._stands(item.other) or not self._known(item.other):
+                continue
+            else:
+                way = turn @ self._placement(item.other)[0][0] @ self._leaving(item)
+                travel = self._travel.get(item.joint, travel)
+                mechanism = self._sweep.mechanism
+                along = beside(mechanism, mechanism.joints[item.joint], np.inf)
+            parts = bearing(item, down, way, along, self._crosses, travel, self._rod)
+            yield _Default(f"/bearings/{node_name(item.joint)}", body, parts)
 
     def _centre(self, body: int) -> Array | None:
         """Return the centre of a body's mass `(3,)` in it [m]; None where it has none."""
@@ -256,8 +240,8 @@ class Bodies:
 
     def _leaving(self, item: Attachment) -> Array:
         """Return where the body on the other side of a joint leaves it `(3,)`, in that body."""
+        start = self._other_end(item).point
         others = self._attachments[item.other]
-        start = next(other.point for other in others if other.joint == item.joint)
         points = [other.point for other in others if other.joint != item.joint]
         centre = self._centre(item.other)
         points += [] if centre is None else [centre]
@@ -297,28 +281,23 @@ class Bodies:
         moves = np.ptp(rotation, axis=0).max() > STEADY
         return not (moves or np.ptp(position, axis=0).max() > STEADY * self._length)
 
-    def draw(self, drawing: Drawing, radius: float) -> None:
-        """Draw the shapes of the links, default ones for those that have none.
-
-        Args:
-            drawing: what they are drawn on.
-            radius: of the scene [m].
-        """
-        self._draw_shapes(drawing, radius)
+    def draw(self, drawing: Drawing) -> None:
+        """Draw the shapes of the links, default ones for those that have none."""
+        self._draw_shapes(drawing)
         stand_in = [self._link_of_body[item.body] for item in self._defaults if item.body]
         if self.notes and stand_in:
             self.notes += (f"made up from joints: {', '.join(dict.fromkeys(stand_in))}",)
         for item in self._defaults:
-            drawing.place(item.path, item.pose or self._pose(item.body))
+            drawing.nodes[item.path] = item.pose or self._pose(item.body)
             color = self._color(item.body)
-            if item.pose is not None:
-                color = _shaded(color, _PIN_SHADE)
+            darker = _shaded(color, 0.6)
+            link = color if item.pose is None else darker
             for name, surfaces, shade in (
-                ("shape", item.parts.link, color),
-                ("pins", item.parts.pins, _shaded(color, _PIN_SHADE)),
+                ("shape", item.parts.link, link),
+                ("pins", item.parts.pins, darker),
             ):
                 if surfaces:
-                    drawing.add(f"{item.path}/{name}", mesh(forms.joined(*surfaces)), shade)
+                    drawing.add(f"{item.path}/{name}", forms.joined(*surfaces), shade)
 
     def _known(self, body: int) -> bool:
         """Return whether the sweep knows how a body moves."""
@@ -348,25 +327,26 @@ class Bodies:
 
     def _swept(self, body: int, points: Array) -> Array:
         """Return the points `(n, 3)` through which points `(k, 3)` of a body move [m]."""
-        rotation, position = (array[::_CORNER_STRIDE] for array in self._placement(body))
+        # They only decide how much the camera has to see: every eighth sample is enough.
+        rotation, position = (array[::8] for array in self._placement(body))
         turned = np.einsum("nij,kj->nki", rotation, points)
         return np.asarray((turned + position[:, None]).reshape(-1, 3))
 
-    def _draw_shapes(self, drawing: Drawing, radius: float) -> None:
-        shapes, note = few_enough(self.shapes, radius)
+    def _draw_shapes(self, drawing: Drawing) -> None:
+        shapes, note = few_enough(self.shapes, drawing.size)
         self.notes += (note,) if note else ()
         for body in sorted({shape.body for shape in shapes}):
-            node = f"/mechanism/{node_name(self._link_of_body[body])}"
-            drawing.place(node, self._pose(body))
+            node = self._path(body)
+            drawing.nodes[node] = self._pose(body)
             for count, shape in enumerate(item for item in shapes if item.body == body):
                 color = self._color(body)
                 if shape.color is not None:
-                    color = _shaded(Color(*shape.color), _WHITEST)
+                    # The viewer's lights together are brighter than one: white keeps its shades.
+                    color = _shaded(Color(*shape.color), 0.85)
                 elif shape.kind == "plane":
-                    color = replace(color, opacity=_FLOOR_OPACITY)
-                geometry, placement = shape.drawn(radius)
+                    color = replace(color, opacity=0.35)  # What is below is seen as well.
                 path = f"{node}/{node_name(shape.link)} {count}"
-                drawing.add(path, geometry, color, placement)
+                drawing.add(path, shape.drawn(drawing.size), color, shape.placement)
 
     def _color(self, body: int) -> Color:
         """Return the colour of a body of which nothing states one."""

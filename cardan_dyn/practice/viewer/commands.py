@@ -1,35 +1,31 @@
 """Drawing: what a scene shows, as the page reads it.
 
-Needs the extra `viz`: meshcat brings three.js, with which the page draws, and classes of shapes. It
-is imported when the first object is drawn.
+Needs the extra `viz`: meshcat brings three.js, with which the page draws.
 """
 
 from __future__ import annotations
 
 import base64
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.errors import MissingExtraError
+from .shapes import Surface
 
 STEADY = 1e-7
 """Change of a pose, as a fraction of the scene's size, below which it needs no track: the tracks
 are written in single precision, which does not resolve less."""
-_MOST_SMALL_INDICES = 65535
-"""Greatest count of vertices that 16 bits can tell apart."""
 
 
 @cache
-def meshcat() -> Any:
-    """Return meshcat's `geometry`, and the `script` in which it brings three.js.
+def meshcat() -> str:
+    """Return the script in which meshcat brings three.js.
 
     Raises:
         MissingExtraError: meshcat is not installed; the message names the install command.
@@ -38,14 +34,12 @@ def meshcat() -> Any:
         with warnings.catch_warnings():
             # meshcat's server, not used here, imports what newer versions of pyzmq deprecate.
             warnings.simplefilter("ignore")
-            from meshcat import geometry
             from meshcat.servers import zmqserver
     except ImportError as error:
         raise MissingExtraError(
             'the viewer needs meshcat: pip install "cardan-dyn[viz]"'
         ) from error
-    script = Path(zmqserver.VIEWER_ROOT) / "main.min.js"
-    return SimpleNamespace(geometry=geometry, script=script.read_text(encoding="utf-8"))
+    return (Path(zmqserver.VIEWER_ROOT) / "main.min.js").read_text(encoding="utf-8")
 
 
 @dataclass(frozen=True)
@@ -80,13 +74,13 @@ class DrawnObject(NamedTuple):
 
     Attributes:
         path: of its node.
-        geometry: from `meshcat().geometry`.
+        surface: see `shapes`.
         color: how it looks.
         placement: `(4, 4)` in its parent node; None where the node has a pose.
     """
 
     path: str
-    geometry: Any
+    surface: Surface
     color: Color
     placement: Array | None
 
@@ -99,52 +93,85 @@ class Label(NamedTuple):
     color: str
 
 
+class Meaning(NamedTuple):
+    """What a colour means: its CSS notation, a text, and the first step of what has it."""
+
+    color: str
+    text: str
+    part: str
+
+
 class Drawing:
-    """Collects the objects of a scene and where they are.
+    """Collects the objects of a scene, where they are, and what is told of them.
 
     Args:
-        size: size of the scene [m]; smaller movements than `STEADY` times it are left out.
+        size: radius of the scene [m]; smaller movements than `STEADY` times it are left out.
 
     Attributes:
         nodes: path of each node that has a pose, to it.
         objects: in the order in which they were added.
         labels: the texts.
+        seen: points `(n, 3)` that the camera has to see [m].
     """
 
     def __init__(self, size: float) -> None:
         self.nodes: dict[str, Pose] = {}
         self.objects: list[DrawnObject] = []
         self.labels: list[Label] = []
+        self.seen: list[Array] = []
         self.size = size
+        self._meanings: list[Meaning] = []
 
-    def place(self, path: str, pose: Pose) -> None:
-        """Place a node, in its parent node if that has a pose."""
-        self.nodes[path] = pose
+    @property
+    def legend(self) -> tuple[Meaning, ...]:
+        """What the colours mean, each once."""
+        return tuple(dict.fromkeys(self._meanings))
 
-    def add(self, path: str, geometry: Any, color: Color, placement: Array | None = None) -> None:
+    def add(
+        self,
+        path: str,
+        surface: Surface,
+        color: Color,
+        placement: Array | None = None,
+        *,
+        pose: Pose | None = None,
+        means: str = "",
+    ) -> None:
         """Add an object.
 
         Args:
             path: node that gets it.
-            geometry: from `meshcat().geometry`.
+            surface: see `shapes`.
             color: how it looks.
             placement: `(4, 4)` of the object in its parent node.
+            pose: of the node, in its parent node if that has one.
+            means: what the legend says of the colour.
         """
-        self.objects.append(DrawnObject(path, geometry, color, placement))
+        if pose is not None:
+            self.nodes[path] = pose
+        if means:
+            self._meanings.append(Meaning(color.css, means, path.split("/")[1]))
+        self.objects.append(DrawnObject(path, surface, color, placement))
+
+    def include(self, *points: Array) -> None:
+        """Make sure that the camera sees points `(3,)` or `(n, 3)` [m]."""
+        self.seen += [np.atleast_2d(item) for item in points]
 
     def label(self, path: str, text: str, color: Color, pose: Pose) -> None:
         """Add a text."""
-        self.place(path, pose)
+        self.nodes[path] = pose
         self.labels.append(Label(path, text, color.css))
 
     def packed(self, arrays: Arrays) -> dict[str, Any]:
         """Return nodes, objects and labels as the page reads them, their arrays in `arrays`."""
-        shapes: dict[Any, int] = {}
+        shapes: dict[tuple[Place, Place], int] = {}
         objects = []
         for item in self.objects:
-            shape = _shape(item.geometry, arrays)
+            (vertices, faces), color = item.surface, item.color
+            # Sixteen bits tell so many vertices apart.
+            kind = "u2" if len(vertices) < 1 << 16 else "u4"
+            shape = arrays.add(vertices), arrays.add(faces, kind)
             index = shapes.setdefault(shape, len(shapes))
-            color = item.color
             entry: dict[str, Any] = {"path": item.path, "shape": index, "color": color.css}
             if color.opacity < 1.0:
                 entry["opacity"] = round(color.opacity, 3)
@@ -156,7 +183,7 @@ class Drawing:
             objects.append(entry)
         return {
             "nodes": [self._track(path, pose, arrays) for path, pose in self.nodes.items()],
-            "shapes": [dict(shape) for shape in shapes],
+            "shapes": [*shapes],
             "objects": objects,
             "labels": [item._asdict() for item in self.labels],
         }
@@ -240,33 +267,6 @@ class Color:
         return cls(red, green, blue, **more)
 
 
-def mesh(surface: tuple[Array, Array]) -> Any:
-    """Return vertices `(n, 3)` [m] and faces `(m, 3)` as meshcat's geometry."""
-    return meshcat().geometry.TriangularMeshGeometry(*surface)
-
-
 def node_name(name: str) -> str:
     """Return a name as one step of a path: a slash in it would start another step."""
     return name.replace("/", "∕") or "-"
-
-
-def _shape(geometry: Any, arrays: Arrays) -> tuple[tuple[str, Any], ...]:
-    """Return a geometry as what the page makes it of, in pairs that can be compared."""
-    kinds = meshcat().geometry
-    if isinstance(geometry, kinds.Box):
-        return (("kind", "box"), ("size", _numbers(geometry.lengths)))
-    if isinstance(geometry, kinds.Sphere):
-        return (("kind", "sphere"), ("radius", float(geometry.radius)))
-    if isinstance(geometry, kinds.Cylinder):
-        size = (geometry.radiusTop, geometry.radiusBottom, geometry.height)
-        return (("kind", "cylinder"), ("size", _numbers(size)))
-    if not isinstance(geometry, kinds.TriangularMeshGeometry):
-        raise TypeError(f"the page draws no {type(geometry).__name__}; give its triangles")
-    small = len(geometry.vertices) <= _MOST_SMALL_INDICES
-    vertices = arrays.add(geometry.vertices)
-    faces = arrays.add(geometry.faces, "u2" if small else "u4")
-    return (("kind", "mesh"), ("vertices", vertices), ("faces", faces))
-
-
-def _numbers(values: Sequence[float]) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)

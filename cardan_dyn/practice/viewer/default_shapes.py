@@ -18,8 +18,8 @@ from ...core.mechanism.joints import Joint
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import Array
 from . import shapes as forms
+from .shapes import Surface
 
-Surface = tuple[Array, Array]
 _ROD, _LEAST_ROD, _OF_SHORTEST = 0.02, 0.008, 0.2
 """Radius of a rod as a fraction of the radius of the scene, its least one, and the fraction of the
 shortest distance between two joints of a body that it does not exceed."""
@@ -27,25 +27,11 @@ _PARALLEL = 0.95
 """Cosine of an angle up to which directions count as parallel."""
 _ON_LINE = 0.1
 """Sine of the angle, and share of the distance, up to which points count as on a line or plane."""
-# Multiples of the radius of a rod.
-_EYE, _EYE_HALF = 1.9, 1.15
-_CHEEK, _GAP, _CHEEK_WIDTH, _REACH = 0.6, 1.3, 1.6, 3.4
-"""Thickness of a fork's cheek, half the gap between both, half their width, and their reach."""
-_PIN, _PIN_HALF = 0.75, 2.2
-_CROSS_HALF, _CROSS_PIN, _CROSS_HUB = 3.2, 0.8, 1.25
-_YOKE_REACH = 4.6
-_BALL, _SOCKET = 1.9, 2.4
-_BLOCK, _BLOCK_HALF, _RAIL = 1.7, 2.6, 0.8
-_TUBE, _TELESCOPE = 1.5, 8.0
-"""Radius of the tube of a slide, and the least coordinate for which there is one."""
-_PLATE_RIM, _PLATE_HALF = 1.5, 0.6
-_FOOT_AT, _FOOT_HALF, _FOOT_HEIGHT, _HATCHES, _HATCH = 5.0, 3.6, 0.5, 6, 1.3
-_FLANGE, _FLANGE_HALF = 3.4, 0.5
-_ARM, _BEYOND = 2.0, 5.0
-"""Least distance of the centre of a mass from a joint for it to count, and how far a shaft that
-turns about an axis through it goes on behind it, where its bearing is."""
-_NODES = 0.2
-"""Distance of points, in radii of a rod, up to which they count as one."""
+_FOOT_AT = 5.0
+"""Distance of the foot of a bearing from its axis, in radii of a rod."""
+_ARM = 2.0
+"""Least distance of the centre of a mass from a joint for it to count, in radii of a rod."""
+_X, _, _Z = np.eye(3)
 
 
 class Attachment(NamedTuple):
@@ -152,7 +138,7 @@ def rod_radius(attachments: Iterable[Sequence[Attachment]], radius: float) -> fl
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """What is drawn of a body, in its frame.
+    """What is drawn of a body: in its frame, or about z in radii of a rod.
 
     Attributes:
         link: surfaces in the colour of the link.
@@ -164,6 +150,63 @@ class Parts:
 
     def __add__(self, other: Parts) -> Parts:
         return Parts((*self.link, *other.link), (*self.pins, *other.pins))
+
+    def at(self, point: Array, axis: Array, x: Array | None = None, rod: float = 1.0) -> Parts:
+        """Return them at a point with z along an axis, see `shapes.upright`, in other units."""
+        turn = forms.upright(axis, x)
+        link, pins = (
+            tuple(forms.moved(surface, turn, point, rod) for surface in surfaces)
+            for surfaces in (self.link, self.pins)
+        )
+        return Parts(link, pins)
+
+
+def _cheek(top: float, reach: float, foot: float) -> Array:
+    """Return the outline of a plate from around an axis to a foot along x, half as wide as told."""
+    angles = np.linspace(0.5 * np.pi, 1.5 * np.pi, 11)
+    around = top * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return np.concatenate([around, [[reach, -foot], [reach, foot]]])
+
+
+def _cheeks(outline: Array, low: float, high: float) -> tuple[Surface, Surface]:
+    """Return a plate on both sides between two distances."""
+    return forms.prism(outline, low, high), forms.prism(outline, -high, -low)
+
+
+def _fork(low: float, high: float, reach: float, pins: tuple[Surface, ...] = ()) -> Parts:
+    """Return two cheeks about z and the bridge between them at their ends along x."""
+    bridge = forms.prism(forms.rectangle(reach - 0.6, reach, 1.6), -low, low)
+    return Parts((*_cheeks(_cheek(1.6, reach, 1.6), low, high), bridge), pins)
+
+
+def _along_x(radius: float, low: float, high: float) -> Parts:
+    return Parts((forms.rod(radius, low, high),)).at(np.zeros(3), _X)
+
+
+def _foot() -> Parts:
+    """Return a slab at some distance along x, hatched behind it."""
+    hatch = np.array([[0.5, 0.36], [1.8, -0.94], [1.8, -1.3], [0.5, 0.0]])
+    rows = (hatch + np.array([_FOOT_AT, 1.2 * index - 2.46]) for index in range(6))
+    outlines = (forms.rectangle(_FOOT_AT, _FOOT_AT + 0.5, 3.6), *rows)
+    return Parts(tuple(forms.prism(outline, -2.7, 2.7) for outline in outlines))
+
+
+# Fittings about the axis of a joint, in radii of a rod, which leads along x.
+_EYE = Parts((forms.rod(1.9, -1.15, 1.15),))
+_SLEEVE = Parts((forms.ring(1.05, 1.9, -1.15, 1.15),))
+_PIN = Parts((), (forms.rod(0.75, -2.2, 2.2),))
+_FORK_REACH, _YOKE_REACH, _SOCKET_REACH = 3.4, 4.6, 2.4
+"""Where rods begin at them."""
+_FORK = _fork(1.3, 1.9, _FORK_REACH, _PIN.pins)
+_YOKE = _fork(2.36, 3.08, _YOKE_REACH)
+_BALL = Parts((), (forms.capsule(1.9),))
+_SOCKET = Parts((forms.cup(1.98, _SOCKET_REACH),))
+_HALF_BLOCK = 2.6
+_BLOCK = Parts((forms.prism(forms.rectangle(-1.7, 1.7, 1.7), -_HALF_BLOCK, _HALF_BLOCK),))
+# What bearings stand on, along x.
+_FOOT = _foot()
+_POST_SHAPE = np.array([[0.7, -1.2], [_FOOT_AT, -2.4], [_FOOT_AT, 2.4], [0.7, 1.2]])
+_POST = Parts((forms.prism(_POST_SHAPE, -0.8, 0.8), *_FOOT.link))
 
 
 class Body:
@@ -193,29 +236,30 @@ class Body:
     def parts(self) -> Parts:
         """Return what is drawn of it."""
         if is_cross(self._all, self._centre, self._rod):
-            return self._cross()
+            axes = _distinct([item.axis for item in self._all])
+            return cross(axes, self._all[0].point, self._rod)
         points, rod = self._points, self._rod
         tubes = [telescope(item, self._travel, rod) for item in self._all]
         if len(points) < 3 and any(tubes):
             start, end, _ = next(tube for tube in tubes if tube is not None)
-            return self._fittings((start + end) / 2.0, False)
+            return self._fittings((start + end) / 2.0)
         if len(points) == 1:
             return self._alone()
         middle, normal = _plane(points)
         if normal is None and len(points) > 2:
             order = np.argsort((points - middle) @ _direction(points[-1] - points[0]))
             points = points[order[[0, -1]]]
-            return self._bar(points[0], points[1]) + self._fittings(None, False)
+            return self._bar(points[0], points[1]) + self._fittings()
         if len(points) == 2:
-            return self._bar(*points) + self._fittings(None, False)
+            return self._bar(*points) + self._fittings()
         assert normal is not None
         flat = np.max(np.abs((points - middle) @ normal)) < _ON_LINE * _span(points)
         if flat:
-            plate = _plate(points, middle, normal, _PLATE_RIM * rod, _PLATE_HALF * rod)
-            return Parts((plate,)) + self._fittings(middle, True)
-        star = [self._rod_between(middle, point) for point in points]
-        hub = forms.moved(forms.capsule(1.5 * rod, 0.0), np.eye(3), middle)
-        return Parts((*star, hub)) + self._fittings(middle, True)
+            plate = _plate(points, middle, normal, 1.5 * rod, 0.6 * rod)
+            return Parts((plate,)) + self._fittings(middle, plate=True)
+        star = [rod_between(middle, point, rod) for point in points]
+        hub = Parts((forms.capsule(1.5),)).at(middle, _Z, rod=rod)
+        return Parts(tuple(star)) + hub + self._fittings(middle, plate=True)
 
     def _alone(self) -> Parts:
         """Return what is drawn of a body all of whose joints share one point."""
@@ -223,64 +267,52 @@ class Body:
         arm = np.zeros(3) if self._centre is None else self._centre - point
         length = float(np.linalg.norm(arm))
         turning = [item for item in self._all if item.kind == "turn"]
-        if length > _ARM * rod and any(
-            abs(arm @ item.axis) > _PARALLEL * length for item in turning
-        ):
-            end = point + arm + _BEYOND * rod * arm / length
-            disc = forms.rod(_FLANGE * rod, -_FLANGE_HALF * rod, _FLANGE_HALF * rod)
-            flange = forms.moved(disc, forms.upright(arm), end)
+        along = [abs(arm @ item.axis) > _PARALLEL * length for item in turning]
+        if length > _ARM * rod and any(along):
+            # A shaft that turns about an axis through its mass goes on to its bearing behind it.
+            end = point + arm + 5.0 * rod * arm / length
+            flange = Parts((forms.rod(3.4, -0.5, 0.5),)).at(end, arm, rod=rod)
             # Where nothing holds it in the joint's point, another shaft may be there.
-            held = any(abs(arm @ item.axis) < _PARALLEL * length for item in turning)
-            bar = self._bar(point if held else point + 0.5 * arm, end)
-            return Parts((flange,)) + bar + self._fittings(end, False)
+            bar = self._bar(point + 0.5 * arm if all(along) else point, end)
+            return flange + bar + self._fittings(end)
         if len(self._all) > 1 or length < _ARM * rod:
-            hubs = [self._stub(item) for item in turning[:1] if len(self._all) == 1]
-            return sum(hubs, self._fittings(point + _across(self._all[0].axis), True))
+            parts = self._fittings(point + forms.upright(self._all[0].axis)[:, 0], plate=True)
+            if turning and len(self._all) == 1:
+                # A short hub, for a body that has nothing else.
+                parts += Parts((forms.rod(1.4, -2.0, 2.0),)).at(point, turning[0].axis, rod=rod)
+            return parts
         tip = point + arm
-        weight = forms.moved(forms.capsule(1.8 * rod, 0.0), np.eye(3), tip)
-        return Parts((weight,)) + self._bar(point, tip) + self._fittings(tip, False)
-
-    def _stub(self, item: Attachment) -> Parts:
-        """Return a short hub about the axis of a joint, for a body that has nothing else."""
-        hub = forms.rod(1.4 * self._rod, -2.0 * self._rod, 2.0 * self._rod)
-        return Parts((forms.moved(hub, forms.upright(item.axis), item.point),))
-
-    def _cross(self) -> Parts:
-        """Return the cross of a universal joint: a hub and pins along its axes."""
-        axes = _distinct([item.axis for item in self._all if item.kind == "turn"])
-        return cross(axes, self._all[0].point, self._rod)
+        weight = Parts((forms.capsule(1.8),)).at(tip, _Z, rod=rod)
+        return weight + self._bar(point, tip) + self._fittings(tip)
 
     def _bar(self, start: Array, end: Array) -> Parts:
         """Return a rod between two nodes, which leaves room for the fittings at both."""
         way = _direction(end - start)
         length = float(np.linalg.norm(end - start))
         low, high = self._room(start, way), self._room(end, -way)
-        if low + high > 0.9 * length:
-            low, high = 0.45 * length * low / (low + high), 0.45 * length * high / (low + high)
-        return Parts((self._rod_between(start + low * way, end - high * way),))
+        shorter = min(1.0, 0.9 * length / (low + high or length))
+        ends = start + shorter * low * way, end - shorter * high * way
+        return Parts((rod_between(*ends, self._rod),))
 
     def _room(self, point: Array, way: Array) -> float:
         """Return how far from a node its rod starts [m]."""
         rooms = [0.0]
-        for item in self._at(point):
-            if item.kind == "cross" or (item.kind == "turn" and item.other in self._crosses):
-                if abs(item.axis @ way) < _PARALLEL:
-                    rooms.append(_YOKE_REACH - 0.5 * _CHEEK)
-            elif item.kind == "turn" and not item.is_child and abs(item.axis @ way) < _PARALLEL:
-                rooms.append(_REACH - 0.5 * _CHEEK)
+        for item in self._all:
+            if np.linalg.norm(item.point - point) > self._rod:
+                continue
+            across = float(abs(item.axis @ way) < _PARALLEL)
+            if self._holds_cross(item):
+                rooms.append(across * (_YOKE_REACH - 0.3))
+            elif item.kind == "turn" and not item.is_child:
+                rooms.append(across * (_FORK_REACH - 0.3))
             elif item.kind == "ball" and not item.is_child:
-                rooms.append(_SOCKET - 0.2)
+                rooms.append(_SOCKET_REACH - 0.2)
         return max(rooms) * self._rod
 
-    def _at(self, point: Array) -> list[Attachment]:
-        return [
-            item for item in self._all if np.linalg.norm(item.point - point) < _NODES * self._rod
-        ]
+    def _holds_cross(self, item: Attachment) -> bool:
+        return item.kind == "cross" or (item.kind == "turn" and item.other in self._crosses)
 
-    def _rod_between(self, start: Array, end: Array) -> Surface:
-        return rod_between(start, end, self._rod)
-
-    def _fittings(self, middle: Array | None, plate: bool) -> Parts:
+    def _fittings(self, middle: Array | None = None, *, plate: bool = False) -> Parts:
         """Return what the body has at its joints.
 
         Args:
@@ -293,33 +325,37 @@ class Body:
             if inner is None:
                 away = np.linalg.norm(self._points - item.point, axis=1)
                 inner = self._points[np.argmax(away)]
-            result += self._fitting(item, _direction(inner - item.point), plate)
+            way = _direction(inner - item.point)
+            if item.kind == "slide":
+                result += self._guide(item)
+            elif item.kind == "ball":
+                result += (_BALL if item.is_child else _SOCKET).at(item.point, way, rod=self._rod)
+            else:
+                result += self._fitting(item, way, plate).at(item.point, item.axis, way, self._rod)
         return result
 
-    def _fitting(self, item: Attachment, way: Array, plate: bool) -> Parts:
-        """Return what the body has at a joint, with its rod in a direction."""
-        rod, along = self._rod, abs(item.axis @ way) > _PARALLEL
-        if item.kind == "ball":
-            return ball(item.point, way, rod) if item.is_child else socket(item.point, way, rod)
-        if item.kind == "slide":
-            tube = telescope(item, self._travel, rod)
-            if tube is not None:
-                return Parts((rod_between(*tube),))
-            if item.is_child:
-                return block(item.point, item.axis, rod)
-            # It begins where the body's rods end.
-            ends = self._travel[item.joint]
-            ends = ends._replace(low=min(ends.low, 0.0), high=max(ends.high, 0.0))
-            return Parts((rail(item.point, item.axis, ends, rod),))
-        if item.kind == "cross" or (item.kind == "turn" and item.other in self._crosses):
-            return Parts() if along or plate else yoke(item.point, item.axis, way, rod)
-        if item.kind != "turn":
-            return Parts()
-        if along:
-            return Parts() if item.is_child else sleeve(item.point, item.axis, rod)
+    def _guide(self, item: Attachment) -> Parts:
+        """Return what the body has at a slide: a tube or its rod, or else a block or its rail."""
+        tube = telescope(item, self._travel, self._rod)
+        if tube is not None:
+            return Parts((rod_between(*tube),))
         if item.is_child:
-            return eye(item.point, item.axis, rod)
-        return pin(item.point, item.axis, rod) if plate else fork(item.point, item.axis, way, rod)
+            return _BLOCK.at(item.point, item.axis, rod=self._rod)
+        # It begins where the body's rods end.
+        ends = self._travel[item.joint]
+        ends = ends._replace(low=min(ends.low, 0.0), high=max(ends.high, 0.0))
+        return rail(item.point, item.axis, ends, self._rod)
+
+    def _fitting(self, item: Attachment, way: Array, plate: bool) -> Parts:
+        """Return what the body has at a joint that turns, with its rod in a direction."""
+        along = abs(item.axis @ way) > _PARALLEL
+        if self._holds_cross(item):
+            return Parts() if along or plate else _YOKE
+        if item.kind != "turn" or (along and item.is_child):
+            return Parts()
+        if along or item.is_child:
+            return _SLEEVE if along else _EYE
+        return _PIN if plate else _FORK
 
 
 def travel_of(
@@ -375,11 +411,11 @@ def telescope(
         low, high, behind, ahead, sign = -high, -low, -behind, -ahead, -1.0
     least, greatest = low + ahead - behind, high + ahead - behind
     axis, tube, longest = sign * item.axis, 0.75 * least, 0.95 * least
-    if not is_free or least < _TELESCOPE * rod or greatest - tube > longest:
+    if not is_free or least < 8.0 * rod or greatest - tube > longest:
         return None
     if not item.is_child:
         start = item.point + behind * axis
-        return start, start + tube * axis, _TUBE * rod
+        return start, start + tube * axis, 1.5 * rod
     start = item.point + ahead * axis
     return start, start - min(greatest - tube + 2.0 * rod, longest) * axis, rod
 
@@ -405,56 +441,36 @@ def bearing(
         rod: radius of rods [m].
     """
     axis, point = item.axis, item.point
-    across = down - (down @ axis) * axis
-    if item.kind == "slide":
-        foot = _direction(across) if np.linalg.norm(across) > 0.3 else _across(axis)
-        low, high, *_ = travel
-        bar = rail(point, axis, travel, rod)
-        ends = [low - 1.7 * _BLOCK_HALF * rod, high + 1.7 * _BLOCK_HALF * rod]
-        posts = [_post(point + end * axis, axis, foot, 0.5 * rod, rod) for end in ends]
-        return Parts((bar, *itertools.chain.from_iterable(posts)))
+    lies = np.linalg.norm(down - (down @ axis) * axis) > 0.3
     if item.kind == "other":
         return Parts()
-    if item.kind == "ball":
-        foot = down
-        cup = (ball if item.is_child else socket)(point, down, rod)
-        stem = rod_between(point + 1.5 * rod * foot, point + _FOOT_AT * rod * foot, rod)
-        return cup + Parts((stem, *_foot(point, foot, _across(foot), rod)))
-    shaft = abs(way @ axis) > _PARALLEL
-    if shaft:
-        point = point + beside * axis
-    if np.linalg.norm(across) > 0.3:
-        foot = _direction(across)
-    else:
-        foot = -axis if way @ axis > 0.0 else axis
-    upright = abs(foot @ axis) > _PARALLEL
-    if item.kind == "cross" or item.other in crosses:
-        if upright:
-            return Parts(_foot(point, foot, _across(foot), rod)) + sleeve(point, axis, rod)
-        stem = rod_between(
-            point + (_YOKE_REACH - 0.3) * rod * foot, point + (_YOKE_REACH + 1.6) * rod * foot, rod
+    if item.kind == "slide":
+        room = 1.7 * _HALF_BLOCK * rod
+        posts = (
+            _POST.at(point + end * axis, axis, down if lies else None, rod)
+            for end in (travel.low - room, travel.high + room)
         )
-        base = point + (_YOKE_REACH + 1.4 - _FOOT_AT) * rod * foot
-        return yoke(point, axis, foot, rod) + Parts((stem, *_foot(base, foot, axis, rod)))
-    if upright:
-        stem = rod_between(point, point + _FOOT_AT * rod * foot, 1.3 * rod)
-        return Parts((stem, *_foot(point, foot, _across(foot), rod))) + sleeve(point, axis, rod)
-    if shaft or item.is_child:
-        half = _EYE_HALF * rod
-        ring = forms.ring(1.05 * rod, _EYE * rod, -half, half)
-        hub = forms.moved(ring, forms.upright(axis), point)
-        plates = [_cheek(point, axis, foot, _EYE * rod, _FOOT_AT * rod, -0.6 * half, 0.6 * half)]
-        if not shaft:
-            return Parts((hub, *plates, *_foot(point, foot, axis, rod)))
-        # The shaft goes through: the web starts below it.
-        plates = list(_post(point, axis, foot, 0.7 * half, rod))
-        return Parts((hub, *plates))
-    low, high = _GAP * rod, (_GAP + _CHEEK) * rod
-    cheeks = [
-        _cheek(point, axis, foot, _CHEEK_WIDTH * rod, _FOOT_AT * rod, *ends)
-        for ends in ((low, high), (-high, -low))
-    ]
-    return Parts((*cheeks, *_foot(point, foot, axis, rod))) + pin(point, axis, rod)
+        return sum(posts, rail(point, axis, travel, rod))
+    ball, of_cross = item.kind == "ball", item.kind == "cross" or item.other in crosses
+    shaft = not ball and abs(way @ axis) > _PARALLEL
+    point = point + beside * axis * shaft
+    if ball or not lies:
+        foot = down if ball else -axis if way @ axis > 0.0 else axis
+        held = (_BALL if item.is_child else _SOCKET) if ball else _SLEEVE
+        parts = _FOOT + held.at(np.zeros(3), _X)
+        if ball or not of_cross:
+            parts += _along_x(1.0, 1.5, _FOOT_AT) if ball else _along_x(1.3, 0.0, _FOOT_AT)
+        return parts.at(point, forms.upright(foot)[:, 0], foot, rod)
+    if of_cross:
+        stem = _along_x(1.0, _YOKE_REACH - 0.3, _YOKE_REACH + 1.6)
+        parts = _YOKE + stem + _FOOT.at(_X, _Z, _X)
+    elif shaft:
+        parts = _SLEEVE + _POST
+    elif item.is_child:
+        parts = Parts((forms.prism(_cheek(1.9, _FOOT_AT, 3.23), -0.69, 0.69),)) + _SLEEVE + _FOOT
+    else:
+        parts = Parts(_cheeks(_cheek(1.6, _FOOT_AT, 2.72), 1.3, 1.9)) + _PIN + _FOOT
+    return parts.at(point, axis, down, rod)
 
 
 def is_cross(attachments: Sequence[Attachment], centre: Array | None, rod: float) -> bool:
@@ -489,7 +505,7 @@ def nodes_of(attachments: Sequence[Attachment], rod: float) -> list[list[Attachm
     nodes: list[list[Attachment]] = []
     for item in attachments:
         for node in nodes:
-            if np.linalg.norm(node[0].point - item.point) < _NODES * rod:
+            if np.linalg.norm(node[0].point - item.point) < rod:
                 node.append(item)
                 break
         else:
@@ -503,147 +519,18 @@ def rod_between(start: Array, end: Array, radius: float) -> Surface:
     return forms.moved(forms.rod(radius, 0.0, length), forms.upright(end - start), start)
 
 
-def eye(point: Array, axis: Array, rod: float) -> Parts:
-    """Return the eye of a rod about a pin."""
-    drum = forms.rod(_EYE * rod, -_EYE_HALF * rod, _EYE_HALF * rod)
-    return Parts((forms.moved(drum, forms.upright(axis), point),))
-
-
-def pin(point: Array, axis: Array, rod: float) -> Parts:
-    """Return a pin."""
-    bolt = forms.rod(_PIN * rod, -_PIN_HALF * rod, _PIN_HALF * rod)
-    return Parts((), (forms.moved(bolt, forms.upright(axis), point),))
-
-
-def sleeve(point: Array, axis: Array, rod: float) -> Parts:
-    """Return a sleeve about a shaft."""
-    half = _EYE_HALF * rod
-    ring = forms.ring(1.05 * rod, _EYE * rod, -half, half)
-    return Parts((forms.moved(ring, forms.upright(axis), point),))
-
-
-def fork(point: Array, axis: Array, way: Array, rod: float) -> Parts:
-    """Return a fork whose cheeks hold a pin, with its rod in a direction."""
-    gap = (_GAP * rod, (_GAP + _CHEEK) * rod)
-    return Parts(_fork(point, axis, way, gap, _REACH * rod, rod)) + pin(point, axis, rod)
-
-
-def yoke(point: Array, axis: Array, way: Array, rod: float) -> Parts:
-    """Return the fork of a universal joint, which holds two ends of a cross."""
-    gap = ((_CROSS_HALF - 1.4 * _CHEEK) * rod, (_CROSS_HALF - 0.2 * _CHEEK) * rod)
-    return Parts(_fork(point, axis, way, gap, _YOKE_REACH * rod, rod))
-
-
-def _fork(
-    point: Array, axis: Array, way: Array, gap: tuple[float, float], reach: float, rod: float
-) -> tuple[Surface, ...]:
-    """Return two cheeks and the bridge between them."""
-    width = _CHEEK_WIDTH * rod
-    angles = np.linspace(0.5 * np.pi, 1.5 * np.pi, 11)
-    outline = np.concatenate(
-        [
-            width * np.stack([np.cos(angles), np.sin(angles)], axis=1),
-            [[reach, -width], [reach, width]],
-        ]
-    )
-    frame = forms.upright(axis, way)
-    low, high = gap
-    thick = _CHEEK * rod
-    bridge = np.array(
-        [[reach - thick, -width], [reach, -width], [reach, width], [reach - thick, width]]
-    )
-    pieces = (
-        forms.prism(outline, low, high),
-        forms.prism(outline, -high, -low),
-        forms.prism(bridge, -low, low),
-    )
-    return tuple(forms.moved(piece, frame, point) for piece in pieces)
-
-
 def cross(axes: Sequence[Array], point: Array, rod: float) -> Parts:
     """Return a hub with pins along its axes."""
-    half = _CROSS_HALF * rod
-    pins = tuple(
-        forms.moved(forms.rod(_CROSS_PIN * rod, -half, half), forms.upright(axis), point)
-        for axis in axes
-    )
-    hub = forms.moved(forms.capsule(_CROSS_HUB * rod, 0.0), np.eye(3), point)
-    return Parts((*pins, hub))
+    pin, hub = Parts((forms.rod(0.8, -3.2, 3.2),)), Parts((forms.capsule(1.25),))
+    pins = (pin.at(point, axis, rod=rod) for axis in axes)
+    return sum(pins, hub.at(point, _Z, rod=rod))
 
 
-def ball(point: Array, way: Array, rod: float) -> Parts:
-    """Return a ball."""
-    return Parts((), (forms.moved(forms.capsule(_BALL * rod, 0.0), forms.upright(way), point),))
-
-
-def socket(point: Array, way: Array, rod: float) -> Parts:
-    """Return the cup around a ball, open away from its rod."""
-    cup = forms.cup(1.04 * _BALL * rod, _SOCKET * rod)
-    return Parts((forms.moved(cup, forms.upright(way), point),))
-
-
-def block(point: Array, axis: Array, rod: float) -> Parts:
-    """Return what slides along a rail."""
-    width, half = _BLOCK * rod, _BLOCK_HALF * rod
-    square = width * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    return Parts((forms.moved(forms.prism(square, -half, half), forms.upright(axis), point),))
-
-
-def rail(point: Array, axis: Array, travel: Travel, rod: float) -> Surface:
+def rail(point: Array, axis: Array, travel: Travel, rod: float) -> Parts:
     """Return the rail along which a block slides."""
-    low, high, *_ = travel
-    room, width = 2.0 * _BLOCK_HALF * rod, _RAIL * rod
-    square = width * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    bar = forms.prism(square, low - room, high + room)
-    return forms.moved(bar, forms.upright(axis), point)
-
-
-def _cheek(
-    point: Array, axis: Array, foot: Array, top: float, height: float, low: float, high: float
-) -> Surface:
-    """Return a plate across an axis from around it to a foot, where it is twice as wide."""
-    angles = np.linspace(0.5 * np.pi, 1.5 * np.pi, 11)
-    outline = np.concatenate(
-        [
-            top * np.stack([np.cos(angles), np.sin(angles)], axis=1),
-            [[height, -1.7 * top], [height, 1.7 * top]],
-        ]
-    )
-    return forms.moved(forms.prism(outline, low, high), forms.upright(axis, foot), point)
-
-
-def _post(point: Array, axis: Array, foot: Array, half: float, rod: float) -> tuple[Surface, ...]:
-    """Return a plate below an axis, and its foot."""
-    start, end = 0.7 * rod, _FOOT_AT * rod
-    outline = np.array(
-        [[start, -1.2 * rod], [end, -2.4 * rod], [end, 2.4 * rod], [start, 1.2 * rod]]
-    )
-    plate = forms.moved(forms.prism(outline, -half, half), forms.upright(axis, foot), point)
-    return (plate, *_foot(point, foot, axis, rod))
-
-
-def _foot(point: Array, foot: Array, axis: Array, rod: float) -> tuple[Surface, ...]:
-    """Return a slab at some distance from a point, hatched below."""
-    wide, thick = _FOOT_HALF * rod, 0.75 * _FOOT_HALF * rod
-    top = _FOOT_AT * rod
-    bottom = top + _FOOT_HEIGHT * rod
-    frame = forms.upright(axis, foot)
-    slab = np.array([[top, -wide], [bottom, -wide], [bottom, wide], [top, wide]])
-    pieces = [forms.moved(forms.prism(slab, -thick, thick), frame, point)]
-    pitch = 2.0 * wide / _HATCHES
-    for index in range(_HATCHES):
-        start = -wide + (index + 0.95) * pitch
-        low = bottom + _HATCH * rod
-        line = np.array(
-            [
-                [bottom, start],
-                [low, start - _HATCH * rod],
-                [low, start - _HATCH * rod + 0.3 * pitch],
-                [bottom, start + 0.3 * pitch],
-            ]
-        )
-        pieces.append(forms.moved(forms.prism(line[::-1], -thick, thick), frame, point))
-    return tuple(pieces)
+    ends = travel.low / rod - 2.0 * _HALF_BLOCK, travel.high / rod + 2.0 * _HALF_BLOCK
+    bar = forms.prism(forms.rectangle(-0.8, 0.8, 0.8), *ends)
+    return Parts((bar,)).at(point, axis, rod=rod)
 
 
 def _plate(points: Array, middle: Array, normal: Array, rim: float, half: float) -> Surface:
@@ -684,7 +571,3 @@ def _distinct(axes: Sequence[Array]) -> list[Array]:
 def _direction(vector: Array) -> Array:
     length = float(np.linalg.norm(vector))
     return vector / length if length else np.array([0.0, 0.0, 1.0])
-
-
-def _across(axis: Array) -> Array:
-    return _direction(np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis))

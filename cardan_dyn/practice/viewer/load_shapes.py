@@ -8,26 +8,24 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.elements.link_loads import Wrench
-from ...core.elements.link_motions import LinkMotions
 from ...core.results.sweep import Sweep
 from ...figures.wrenches import PARTS
 from ...kit.arrays import NOTHING, Array
-from ...kit.errors import ModelError
 from . import shapes as forms
-from .commands import Color, Drawing, Pose, mesh, node_name
-from .vectors import Vectors, beside
+from .commands import Color, Drawing, Pose, node_name
+from .places import Places
+from .vectors import Vectors, greatest
 
-_ARC, _DRIVE, _BESIDE = 0.17, 0.22, 0.15
-"""Radius of the arc of a turn that is driven and of the greatest moment, length of the arrow of a
-slide that is driven and of gravity, and distance of gravity from the mechanism, as fractions of the
-radius of the scene."""
+LOAD = Color.of("#b71c1c", on_top=True, layer=7)
+DRIVE = Color.of("#00695c", opacity=0.9, on_top=True, layer=2)
+GRAVITY = Color.of("#455a64", on_top=True, layer=2)
+_ARC = 0.17
+"""Radius of the arc of a turn that is driven and of the greatest moment, in radii of the scene."""
 _LEAST = 0.35
 """Least size of an arc or arrow, as a fraction of the greatest, so that its sense is seen."""
 
 
-def draw_loads(
-    drawing: Drawing, sweep: Sweep, samples: Array, radius: float, color: Color
-) -> Array:
+def draw_loads(drawing: Drawing, sweep: Sweep, samples: Array) -> None:
     """Draw the loads of a sweep; forces end where they act, moments go about their axes.
 
     The nodes are `/loads/NAME force` and `/loads/NAME moment`. Forces have a scale of their own,
@@ -37,35 +35,23 @@ def draw_loads(
         drawing: what they are drawn on.
         sweep: over one dimension.
         samples: `(n,)` indices of the samples that are shown.
-        radius: of the scene [m].
-        color: of all loads.
-
-    Returns:
-        Points `(n, 3)` that the camera has to see [m]; none where nothing was drawn.
     """
-    acting = [item for load in sweep.loads for item in _acting(sweep, load, samples, radius)]
-    points = [np.zeros((0, 3))]
+    radius = drawing.size
+    acting = _acting(sweep, samples, radius)
     for kind in ("force", "moment"):
         drawn = [(name, at, vector) for name, what, at, vector in acting if what == kind]
-        greatest = max((_greatest(vector) for _, _, vector in drawn), default=0.0)
+        most = max((greatest(vector) for _, _, vector in drawn), default=0.0)
         for name, at, vector in drawn:
-            if not _greatest(vector) > 0.0:
+            if not greatest(vector) > 0.0:
                 continue
-            path = f"/loads/{node_name(name)} {kind}"
-            direction, size = forms.filled(vector, 1e-9 * greatest)
-            share = np.where(size > 0.0, np.maximum(size / greatest, _LEAST), forms.LEAST_SCALE)
-            turn = forms.towards(direction)
-            if kind == "force":
-                length = share * forms.ARROW * radius
-                tail = at - direction * length[:, None]
-                drawing.place(path, Pose.of(tail, turn, length))
-                drawing.add(path, mesh(forms.arrow(forms.ARROW_RADIUS)), color)
-                points += [tail, at]
-            else:
-                drawing.place(path, Pose.of(at, turn, share * _ARC * radius))
-                drawing.add(path, mesh(forms.arc_arrow()), color)
-                points.append(at)
-    return np.concatenate(points)
+            direction, size = forms.filled(vector, 1e-9 * most)
+            share = np.where(size > 0.0, np.maximum(size / most, _LEAST), forms.LEAST_SCALE)
+            length = share * radius * (forms.ARROW if kind == "force" else _ARC)
+            tail = at - direction * length[:, None] if kind == "force" else at
+            surface = forms.arrow() if kind == "force" else forms.arc_arrow()
+            pose = Pose.of(tail, forms.towards(direction), length)
+            drawing.add(f"/loads/{node_name(name)} {kind}", surface, LOAD, pose=pose, means="load")
+            drawing.include(tail, at)
 
 
 def without_loads(
@@ -74,14 +60,13 @@ def without_loads(
     """Return vectors without the parts that are nothing but a load, which is drawn as such."""
     loads = {
         (sweep.mechanism.drivable[name].joint, PARTS[kind][0]): acting
-        for name, load in sweep.loads.items()
-        if not isinstance(load, Wrench)
-        for _, kind, _, acting in _acting(sweep, name, samples, radius)
+        for name, kind, _, acting in _acting(sweep, samples, radius)
+        if not isinstance(sweep.loads[name], Wrench)
     }
 
     def is_load(joint: str, kind: str, part: Array) -> bool:
         load = loads.get((joint, kind))
-        return load is not None and _greatest(part - load) <= NOTHING * _greatest(load)
+        return load is not None and greatest(part - load) <= NOTHING * greatest(load)
 
     return [
         replace(
@@ -96,134 +81,78 @@ def without_loads(
     ]
 
 
-def draw_drives(
-    drawing: Drawing,
-    sweep: Sweep,
-    samples: Array,
-    drives: Sequence[str],
-    radius: float,
-    color: Color,
-) -> Array:
+def draw_drives(drawing: Drawing, sweep: Sweep, samples: Array, drives: Sequence[str]) -> None:
     """Draw the sense in which some drives grow: an arc about its axis, or an arrow along it.
 
     The nodes are `/drive/NAME`. Arcs keep clear of each other, as far as their sense is still seen.
-
-    Returns:
-        Points `(n, 3)` that the camera has to see [m]; none where nothing was drawn.
     """
-    points = [np.zeros((0, 3))]
-    arcs: list[tuple[str, Array, Array]] = []
-    for name in drives:
-        coordinate = sweep.mechanism.drivable[name]
-        found = _axis_of(sweep, name, samples, radius)
-        if found is None:
+    radius, means = drawing.size, "drive: sense in which it grows"
+    places = Places(sweep, samples, radius, drives)
+    known = {name: axis for name in drives if (axis := places.axis(name)) is not None}
+    for name, axis in known.items():
+        path, at = f"/drive/{node_name(name)}", axis.origin
+        if axis.slides:
+            _draw_arrow(drawing, path, at, axis.direction, DRIVE, means)
             continue
-        (at, axis), path = found, f"/drive/{node_name(name)}"
-        turn = forms.towards(axis)
-        if coordinate.slides:
-            length = np.full(1, _DRIVE * radius)
-            drawing.place(path, Pose.of(at, turn, length))
-            drawing.add(path, mesh(forms.arrow(forms.ARROW_RADIUS)), color)
-            points.append(at + length * axis)
-        else:
-            arcs.append((path, at, turn))
-    for path, at, turn in arcs:
-        gaps = [_nearest(at, other) for name, other, _ in arcs if name != path]
-        size = np.clip(0.5 * min(gaps, default=radius) / radius, _LEAST * _ARC, _ARC)
-        drawing.place(path, Pose.of(at, turn, np.full(1, size * radius)))
-        drawing.add(path, mesh(forms.arc_arrow()), color)
-        points.append(at)
-    return np.concatenate(points)
+        arcs = [other.origin for key, other in known.items() if key != name and not other.slides]
+        gaps = [np.min(np.linalg.norm(at - other, axis=-1)) for other in arcs]
+        size = np.clip(0.5 * min(gaps, default=radius), _LEAST * _ARC * radius, _ARC * radius)
+        pose = Pose.of(at, forms.towards(axis.direction), np.full(1, size))
+        drawing.add(path, forms.arc_arrow(), DRIVE, pose=pose, means=means)
+        drawing.include(at)
 
 
-def draw_gravity(
-    drawing: Drawing, gravity: Array, points: Array, radius: float, color: Color
-) -> Array:
+def draw_gravity(drawing: Drawing, gravity: Array, points: Array) -> None:
     """Draw gravity as one arrow beside a mechanism, at `/loads/gravity`.
 
     Args:
         drawing: what it is drawn on.
         gravity: `(3,)` [m/s²].
         points: `(n, 3)` between which the mechanism moves [m].
-        radius: of the scene [m].
-        color: of the arrow.
-
-    Returns:
-        Points `(2, 3)` that the camera has to see [m].
     """
     direction = gravity / np.linalg.norm(gravity)
     low, high = np.min(points, axis=0), np.max(points, axis=0)
-    tail = np.array([low[0] - _BESIDE * radius, low[1], 0.5 * (low[2] + high[2])])
-    tail = tail - 0.5 * _DRIVE * radius * direction
-    length = np.full(1, _DRIVE * radius)
-    drawing.place("/loads/gravity", Pose.of(tail, forms.towards(direction[None]), length))
-    drawing.add("/loads/gravity", mesh(forms.arrow(forms.ARROW_RADIUS)), color)
-    return np.stack([tail, tail + length * direction])
+    middle = np.array([low[0] - 0.15 * drawing.size, low[1], 0.5 * (low[2] + high[2])])
+    tail = middle - 0.11 * drawing.size * direction
+    _draw_arrow(drawing, "/loads/gravity", tail, direction[None], GRAVITY, "gravity")
 
 
-def _acting(
-    sweep: Sweep, name: str, samples: Array, radius: float
-) -> list[tuple[str, str, Array, Array]]:
-    """Return name, kind, place `(n, 3)` [m] and vector `(n, 3)` of a load in world axes.
+def _draw_arrow(
+    drawing: Drawing, path: str, tail: Array, direction: Array, color: Color, means: str
+) -> None:
+    """Draw an arrow that says nothing but a direction `(n, 3)`, and is as long as others."""
+    length = np.full(1, 0.22 * drawing.size)
+    pose = Pose.of(tail, forms.towards(direction), length)
+    drawing.add(path, forms.arrow(), color, pose=pose, means=means)
+    drawing.include(tail, tail + length * direction)
+
+
+def _acting(sweep: Sweep, samples: Array, radius: float) -> list[tuple[str, str, Array, Array]]:
+    """Return name, kind, place `(n, 3)` [m] and vector `(n, 3)` of loads in world axes.
 
     None of a load on something whose motion the sweep leaves out.
     """
-    load = sweep.loads[name]
-    if isinstance(load, Wrench):
-        motions = LinkMotions(sweep.mechanism, [name])
-        rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)
-        link = motions.at(sweep.motion.rows[samples], rates[samples])[name]
-        place = link.position + motions.corner + link.rotation @ np.asarray(load.point)
-        at = np.broadcast_to(place, (len(samples), 3))
-        found = []
-        for kind, values in (("force", load.force), ("moment", load.moment)):
-            vector = _of_samples(np.asarray(values), samples, trailing=1)
-            if load.frame != "world":
-                vector = np.einsum("...ij,...j->...i", link.rotation, vector)
-            found.append((name, kind, at, np.broadcast_to(vector, at.shape)))
-        return found if np.all(np.isfinite(at)) else []
-    along = _axis_of(sweep, name, samples, radius)
-    if along is None:
-        return []
-    kind = "force" if sweep.mechanism.drivable[name].slides else "moment"
-    return [(name, kind, along[0], _of_samples(load, samples)[..., None] * along[1])]
-
-
-def _axis_of(sweep: Sweep, name: str, samples: Array, radius: float) -> tuple[Array, Array] | None:
-    """Return where a coordinate is drawn and its axis, `(n, 3)`; None if that is not known."""
-    joint = sweep.mechanism.joints[sweep.mechanism.drivable[name].joint]
-    try:
-        origin, rotation = sweep.origin(joint.name)[samples], sweep.rotation(joint.name)[samples]
-    except ModelError:
-        return None
-    if not np.all(np.isfinite(origin)):
-        return None
-    axis = rotation @ joint.axis if joint.nv == 1 else _direction(sweep, name, samples)
-    at = origin + beside(sweep.mechanism, joint, radius) * (rotation @ joint.axis)
-    return at, np.broadcast_to(axis, at.shape)
-
-
-def _direction(sweep: Sweep, name: str, samples: Array) -> Array:
-    """Return the axis `(n, 3)` of one of several coordinates of a joint, in world axes."""
-    column = sweep.mechanism.coordinates.named[name].column
-    coordinates = sweep.mechanism.coordinates
-    part = dict(zip(coordinates.starts, coordinates.parts, strict=True))[column]
-    motions = LinkMotions(sweep.mechanism, [], [part.id])
-    rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)
-    body = motions.bodies_at(sweep.motion.rows[samples], rates[samples])[part.id]
-    return np.asarray(body.rotation @ part.axis)
+    links = [name for name, load in sweep.loads.items() if isinstance(load, Wrench)]
+    joints = [name for name in sweep.loads if name not in links]
+    places = Places(sweep, samples, radius, joints, links)
+    found = []
+    for name, load in sweep.loads.items():
+        if isinstance(load, Wrench):
+            at = places.point(name, np.asarray(load.point))
+            for kind, values in (("force", load.force), ("moment", load.moment)):
+                vector = _of_samples(np.asarray(values), samples, trailing=1)
+                if load.frame != "world":
+                    vector = np.einsum("...ij,...j->...i", places.rotation(name), vector)
+                if np.all(np.isfinite(at)):
+                    found.append((name, kind, at, np.broadcast_to(vector, at.shape)))
+        elif axis := places.axis(name):
+            kind = "force" if axis.slides else "moment"
+            size = _of_samples(load, samples)[..., None]
+            found.append((name, kind, axis.origin, size * axis.direction))
+    return found
 
 
 def _of_samples(values: Array, samples: Array, trailing: int = 0) -> Array:
     """Return values `(..., trailing)` at samples, or those of all samples."""
     varies = values.ndim > trailing and len(values) > 1
     return np.asarray(values[samples] if varies else values)
-
-
-def _nearest(first: Array, second: Array) -> float:
-    """Return the least distance of two points `(n, 3)` that move."""
-    return float(np.min(np.linalg.norm(first - second, axis=-1)))
-
-
-def _greatest(vectors: Array) -> float:
-    return float(np.max(np.linalg.norm(vectors, axis=-1), initial=0.0))

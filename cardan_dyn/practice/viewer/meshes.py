@@ -17,11 +17,9 @@ import pinocchio
 
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
+from .shapes import SMOOTH, Surface, joined
 
 FORMATS = (".stl", ".obj", ".dae", ".gltf", ".glb", ".ply", ".off")
-_SMOOTH = np.deg2rad(30.0)
-"""Angle between two triangles above which their common edge is drawn as one: flatter ones are
-steps of a curved surface in most files."""
 _NAMED = ("package", "model")
 """Schemes of names that start with that of a package."""
 _VARIABLES = (
@@ -29,25 +27,18 @@ _VARIABLES = (
     *("AMENT_PREFIX_PATH", "GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "SDF_PATH"),
 )
 """Environment variables that list directories of packages or models."""
-_BOXES = 1 << 20
-"""Boxes along each axis in which points are told apart: three of their numbers fit into one."""
-_UNSTATED = (102, 102, 102, 255)
-"""Colour that trimesh gives to a material without one."""
-_SAME = 1e-6
-"""Distance of points that count as one, as a fraction of the size of their mesh."""
+_is_file = os.path.isfile  # Of a name that is too long, Path.is_file raises an error.
 
 
-class Surface(NamedTuple):
+class Colored(NamedTuple):
     """Triangles of one colour.
 
     Attributes:
-        vertices: `(n, 3)` [m].
-        faces: `(m, 3)` indices of vertices.
+        surface: vertices `(n, 3)` [m] and faces `(m, 3)`.
         color: red, green, blue and opacity, 0 to 1; None where the file gives none.
     """
 
-    vertices: Array
-    faces: Array
+    surface: Surface
     color: tuple[float, float, float, float] | None
 
 
@@ -72,8 +63,8 @@ def searched(name: str, folder: Path | None) -> str:
     start = folder or Path.cwd()
     if scheme not in _NAMED:
         return f"looked in {start}"
-    listed = ", ".join(f"{name} ({os.environ.get(name) or 'not set'})" for name in _VARIABLES[:1])
-    return f"looked in {start}, in the directories above it and in those of {listed}"
+    variable = f"{_VARIABLES[0]} ({os.environ.get(_VARIABLES[0]) or 'not set'})"
+    return f"looked in {start}, in the directories above it and in those of {variable}"
 
 
 def _parted(name: str) -> tuple[str, str]:
@@ -112,14 +103,7 @@ def _candidates(scheme: str, rest: str, folder: Path | None) -> Iterator[Path]:
             yield directory / inside
 
 
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # A name that is too long, or has a null character.
-        return False
-
-
-def read_mesh(path: Path, part: str = "") -> tuple[Surface, ...]:
+def read_mesh(path: Path, part: str = "") -> tuple[Colored, ...]:
     """Return the triangles of a file, one surface for each of its colours.
 
     Args:
@@ -145,13 +129,16 @@ def read_mesh(path: Path, part: str = "") -> tuple[Surface, ...]:
         raise ModelError(f"{path}: the mesh cannot be read ({error})") from error
     if not found:
         raise ModelError(f"{path}: the mesh has no triangles" + f" in part {part!r}" * bool(part))
-    if not all(np.all(np.isfinite(item.vertices)) for item in found):
+    if not all(np.all(np.isfinite(item.surface[0])) for item in found):
         raise ModelError(f"{path}: the mesh has points that are not finite")
     colors = dict.fromkeys(item.color for item in found)
-    return tuple(_together([item for item in found if item.color == color]) for color in colors)
+    return tuple(
+        Colored(_together([item.surface for item in found if item.color == color]), color)
+        for color in colors
+    )
 
 
-def _surfaces(path: Path, part: str) -> Iterator[Surface]:
+def _surfaces(path: Path, part: str) -> Iterator[Colored]:
     """Yield what trimesh reads, placed in the file's own axes."""
     import trimesh
 
@@ -161,10 +148,10 @@ def _surfaces(path: Path, part: str) -> Iterator[Surface]:
         mesh = scene.geometry[name]
         faces = np.asarray(getattr(mesh, "faces", ()))
         if len(faces) and part in ("", name, node):
-            yield Surface(_placed(mesh.vertices, transform), faces, _color(mesh.visual))
+            yield Colored((_placed(mesh.vertices, transform), faces), _color(mesh.visual))
 
 
-def _of_dae(path: Path, part: str) -> Iterator[Surface]:
+def _of_dae(path: Path, part: str) -> Iterator[Colored]:
     """Yield what a DAE file has, which trimesh's scene would take twice as long for."""
     import trimesh
     from trimesh.exchange.dae import load_collada
@@ -178,7 +165,7 @@ def _of_dae(path: Path, part: str) -> Iterator[Surface]:
         scale = float(unit[0]) if unit[1] else 1.0
         if len(mesh["faces"]) and part in ("", name):
             vertices = scale * _placed(mesh["vertices"], item["matrix"])
-            yield Surface(vertices, mesh["faces"], _color(mesh["visual"]))
+            yield Colored((vertices, mesh["faces"]), _color(mesh["visual"]))
 
 
 def _placed(vertices: Array, transform: Array) -> Array:
@@ -196,21 +183,18 @@ def _color(visual: Any) -> tuple[float, float, float, float] | None:
         stated = getattr(material, "baseColorFactor", getattr(material, "diffuse", None))
         if image is not None:
             color = np.asarray(image.convert("RGBA")).reshape(-1, 4).mean(axis=0)
-        elif stated is None or np.array_equal(stated, _UNSTATED):
-            return None
+        elif stated is None or np.array_equal(stated, (102, 102, 102, 255)):
+            return None  # That is what trimesh gives to a material without one.
     red, green, blue, opacity = (np.asarray(color, dtype=float) / 255.0).round(4).tolist()
     return red, green, blue, opacity
 
 
 def _together(surfaces: list[Surface]) -> Surface:
     """Return surfaces of one colour as one, without the points that repeat."""
-    starts = np.cumsum([0, *(len(item.vertices) for item in surfaces)])
-    vertices = np.concatenate([item.vertices for item in surfaces])
-    faces = np.concatenate(
-        [item.faces + start for item, start in zip(surfaces, starts[:-1], strict=True)]
-    )
-    size = float(np.max(np.ptp(vertices, axis=0)))
-    return thinned(Surface(vertices, faces, surfaces[0].color), _SAME * size)
+    every = joined(*surfaces)
+    size = float(np.max(np.ptp(every[0], axis=0)))
+    # Points that are nearer to each other are one in what files mean.
+    return thinned(every, 1e-6 * size)
 
 
 def thinned(surface: Surface, cell: float) -> Surface:
@@ -220,28 +204,28 @@ def thinned(surface: Surface, cell: float) -> Surface:
         surface: the surface.
         cell: edge of a cube [m].
     """
-    vertices, faces, color = surface
-    low = np.min(vertices, axis=0)
-    steps = max(cell, float(np.max(np.ptp(vertices, axis=0))) / (_BOXES - 1)) or 1.0
-    boxes = ((vertices - low) / steps).round().astype(np.int64)
-    keys = (boxes[:, 0] * _BOXES + boxes[:, 1]) * _BOXES + boxes[:, 2]
+    vertices, faces = surface
+    low, size = np.min(vertices, axis=0), float(np.max(np.ptp(vertices, axis=0)))
+    boxes = ((vertices - low) / (max(cell, size / (1 << 20)) or 1.0)).round().astype(np.int64)
+    # Three numbers of 21 bits fit into one.
+    keys = boxes @ [1 << 42, 1 << 21, 1]
     _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
     faces = inverse[faces]
     proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])
     faces = faces[proper & (faces[:, 2] != faces[:, 0])]
     used, faces = np.unique(faces, return_inverse=True)
-    return Surface(vertices[first[used]], faces.reshape(-1, 3), color)
+    return vertices[first[used]], faces.reshape(-1, 3)
 
 
 def creased(surface: Surface) -> Surface:
     """Return a surface whose points are doubled along its edges, which are then seen as edges."""
     import trimesh
 
-    vertices, faces, color = surface
+    vertices, faces = surface
     whole = trimesh.Trimesh(vertices, faces, process=False)
-    flat = whole.face_adjacency[whole.face_adjacency_angles < _SMOOTH]
+    flat = whole.face_adjacency[whole.face_adjacency_angles < SMOOTH]
     patches = trimesh.graph.connected_component_labels(flat, node_count=len(faces))
     # A corner is a point of a patch; points that several patches share are doubled.
     count = len(faces)
     corners, faces = np.unique(faces * count + patches[:, None], return_inverse=True)
-    return Surface(vertices[corners // count], faces.reshape(-1, 3), color)
+    return vertices[corners // count], faces.reshape(-1, 3)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from ...core.results.sweep import Sweep
-from ...figures.style import SMALL, Axes, Figure, axes_grid, plain
+from ...figures.style import SMALL, Axes, Figure, axes_grid, plain, refuse_grid
 from ...kit.arrays import Array
-from .commands import Drawing, DrawnObject, Pose, meshcat
+from .commands import Drawing, DrawnObject, Pose
 from .scenery import Parts, build
-from .shapes import capsule, prism, rod
 
 _EYE = np.array([0.55, -0.7, 0.45])
 """Towards the eye where a mechanism is not flat: from the front, the right and above."""
@@ -30,9 +28,10 @@ def picture(sweep: Sweep) -> Figure:
     """Draw the bodies, drives, loads and elements of a sweep at its first sample.
 
     Raises:
-        MissingExtraError: Matplotlib or meshcat is not installed.
-        ArgumentError: the sweep's outputs leave nothing to draw.
+        MissingExtraError: Matplotlib is not installed.
+        ArgumentError: the sweep has several dimensions, or its outputs leave nothing to draw.
     """
+    refuse_grid(sweep)
     named = len(sweep.outputs) <= _MOST_NAMES
     parts = Parts(True, False, False, False, False, named, True, True)
     scenery = build(sweep, sweep.outputs, parts, np.zeros(1, dtype=int))
@@ -122,34 +121,20 @@ def _placed(drawing: Drawing, path: str) -> Array:
 
 def _matrix(pose: Pose) -> Array:
     """Return a pose at the first sample `(4, 4)`."""
-    x, y, z, w = pose.quaternion[0]
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    from scipy.spatial.transform import Rotation
+
     matrix = np.eye(4)
-    matrix[:3, :3] = (np.eye(3) + 2.0 * w * skew + 2.0 * skew @ skew) * np.atleast_1d(pose.scale[0])
+    turn = Rotation.from_quat(pose.quaternion[0]).as_matrix()
+    matrix[:3, :3] = turn * np.atleast_1d(pose.scale[0])
     matrix[:3, 3] = pose.position[0]
     return matrix
 
 
 def _corners(drawing: Drawing, item: DrawnObject) -> Array:
     """Return the corners of an object's triangles `(n, 3, 3)` in the world [m]."""
-    vertices, faces = _surface(item.geometry)
+    vertices, faces = item.surface
     placement = _placed(drawing, item.path)
     if item.placement is not None:
         placement = placement @ item.placement
     points = vertices @ placement[:3, :3].T + placement[:3, 3]
     return np.asarray(points[np.asarray(faces, dtype=int)])
-
-
-def _surface(geometry: Any) -> tuple[Array, Array]:
-    """Return the triangles of a geometry: vertices `(n, 3)` and faces `(m, 3)`."""
-    kinds = meshcat().geometry
-    if isinstance(geometry, kinds.Box):
-        x, y, z = 0.5 * np.asarray(geometry.lengths, dtype=float)
-        return prism(np.array([(-x, -y), (x, -y), (x, y), (-x, y)]), -z, z)
-    if isinstance(geometry, kinds.Cylinder):  # About y, as three.js has it.
-        half = 0.5 * float(geometry.height)
-        vertices, faces = rod(float(geometry.radiusTop), -half, half)
-        return vertices[:, [1, 2, 0]], faces
-    if isinstance(geometry, kinds.Sphere):
-        return capsule(float(geometry.radius), 0.0)
-    return np.asarray(geometry.vertices), np.asarray(geometry.faces)

@@ -17,16 +17,21 @@ from ...core.results.sweep import Sweep
 from ...figures.wrenches import QUANTITIES, determined, together, values_of
 from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ModelError
-from ...kit.quantities import amount, span
+from ...kit.quantities import amount, prefix, span
 from .commands import STEADY, Arrays, node_name
+from .default_shapes import attachments_of
+from .scenery import COLORS, MEANINGS
 from .still import Still
-from .vectors import slide
+from .vectors import greatest, slide
 
 SIGN = "Forces and moments are those that the parent exerts on the child."
 _TYPES = {"continuous": "revolute"}
 """Types that a reader would not tell apart."""
-_SHORT_WAY = 0.1
-"""Way of a slide [m] below which millimetres are told."""
+_EFFORTS = {
+    "drive": ("#1257b3", "effort of the drive"),
+    "holding": ("#6d4c41", "effort that holds it"),
+}
+"""Colours and meanings of efforts."""
 _WITH_AXIS = ("torsion", "bending", "force", "axial", "shear")
 _WITHOUT = ("moment", "force")
 """Quantities that are told of joints with an axis, and of others."""
@@ -127,7 +132,8 @@ def _scale(mechanism: Mechanism, coordinate: str, positions: Array) -> tuple[str
     """Return the unit in which a coordinate is told, and its factor."""
     if not mechanism.drivable[coordinate].slides:
         return "°", 180.0 / np.pi
-    return ("mm", 1e3) if np.ptp(positions) < _SHORT_WAY else ("m", 1.0)
+    scale, unit = prefix(float(np.ptp(positions)), "m")
+    return unit, 1.0 / scale
 
 
 class _Teller:
@@ -142,9 +148,15 @@ class _Teller:
         links = reversed(list(self._mechanism.links.items()))
         self._first = {body: name for name, (body, _) in links}
         self._loops = {loop.joint for loop in self._mechanism.loops}
+        self._ends = {
+            item.joint: (item.other, body)
+            for body, items in attachments_of(self._mechanism).items()
+            for item in items
+            if item.is_child
+        }
         wrenches = [sweep[name] for name in sweep.outputs]
-        force = max((_greatest(item.force) for item in wrenches), default=0.0)
-        moment = max((_greatest(item.moment) for item in wrenches), default=0.0)
+        force = max((greatest(item.force) for item in wrenches), default=0.0)
+        moment = max((greatest(item.moment) for item in wrenches), default=0.0)
         length = self._mechanism.characteristic_length
         self._greatest = together(force, moment, length)
 
@@ -214,7 +226,7 @@ class _Teller:
         """Return what a joint is and what it carries."""
         joint = self._mechanism.joints[name]
         kind = _TYPES.get(joint.type, joint.type)
-        parent, child = self._ends(joint)
+        parent, child = (self._first.get(body, "") for body in self._ends[name])
         told: dict[str, Any] = {
             "name": name,
             "node": node_name(name),
@@ -251,17 +263,6 @@ class _Teller:
             for name, (body, _) in self._mechanism.links.items()
         ]
 
-    def _ends(self, joint: Joint) -> tuple[str, str]:
-        """Return the links that a joint connects, by the first link of each body."""
-        if joint.name in self._loops:
-            (loop,) = (item for item in self._mechanism.loops if item.joint == joint.name)
-            child, parent = loop.successor, loop.predecessor
-            if not loop.is_fixed:
-                parent = int(self._mechanism.model.parents[joint.parts[0].id])
-        else:
-            child, parent = joint.id, int(self._mechanism.model.parents[joint.parts[0].id])
-        return self._first.get(parent, ""), self._first.get(child, "")
-
     def _efforts(self, joint: Joint) -> list[tuple[str, str, Array, bool]]:
         """Return what drives or holds a joint."""
         sweep, found = self._sweep, []
@@ -283,14 +284,8 @@ class _Teller:
 
     def _one(self, name: str, unit: str, values: Array, unique: bool) -> dict[str, Any]:
         values = values[self._samples]
-        if _greatest(values[:, None]) < NOTHING * self._greatest[unit]:
+        if greatest(values[:, None]) < NOTHING * self._greatest[unit]:
             values = np.zeros_like(values)
-        return {"name": name, "unit": unit, "values": self._arrays.add(values), "unique": unique}
-
-
-def _sizes(vectors: Array) -> Array:
-    return np.asarray(np.linalg.norm(vectors, axis=-1))
-
-
-def _greatest(vectors: Array) -> float:
-    return float(np.max(_sizes(vectors), initial=0.0))
+        color, means = _EFFORTS.get(name) or (COLORS[name].css, MEANINGS.get(name, "size"))
+        told = {"name": name, "unit": unit, "color": color, "means": means, "unique": unique}
+        return {**told, "values": self._arrays.add(values)}

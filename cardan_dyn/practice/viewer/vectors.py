@@ -13,7 +13,6 @@ from ...core.results.sweep import Sweep
 from ...core.results.wrench import WITHOUT_AXIS
 from ...figures.wrenches import PARTS
 from ...kit.arrays import NOTHING, Array
-from .commands import STEADY
 from .still import Still
 
 _APART = 0.14
@@ -41,7 +40,6 @@ class Vectors:
         parts: what is drawn of both by its name: `torsion` and `axial` along the axis, `bending`
             and `shear` across it, all `(N, 3)` [N·m, N]; `force` of a joint without an axis.
         slide: `(N,)` position of the child along the axis [m]; zero where it does not slide.
-        turns: whether the child turns about its axis in a parent that stands still.
     """
 
     name: str
@@ -53,17 +51,16 @@ class Vectors:
     moment: Array
     parts: Mapping[str, Array]
     slide: Array
-    turns: bool
 
     @property
     def greatest_moment(self) -> float:
         """Greatest size of the moment [N·m]."""
-        return float(np.max(np.linalg.norm(self.moment, axis=1)))
+        return greatest(self.moment)
 
     @property
     def greatest_force(self) -> float:
         """Greatest size of the force [N]."""
-        return float(np.max(np.linalg.norm(self.force, axis=1)))
+        return greatest(self.force)
 
 
 def collect(
@@ -107,10 +104,14 @@ def collect(
                 moment=moment,
                 parts=parts,
                 slide=slide(sweep, joint, samples),
-                turns=_turns(sweep, joint, samples),
             )
         )
     return vectors
+
+
+def greatest(vectors: Array) -> float:
+    """Return the greatest size of vectors `(…, k)`."""
+    return float(np.max(np.linalg.norm(vectors, axis=-1), initial=0.0))
 
 
 def legible(wholes: Iterable[Array]) -> float:
@@ -122,9 +123,8 @@ def legible(wholes: Iterable[Array]) -> float:
         wholes: vectors `(N, 3)` of several joints.
     """
     sizes = np.max([np.linalg.norm(vectors, axis=1) for vectors in wholes], axis=0)
-    greatest = float(np.max(sizes))
-    usual = float(np.quantile(sizes, 0.9))
-    return min(greatest, _STANDING_OUT * usual) if usual > NOTHING * greatest else greatest
+    most, usual = float(np.max(sizes)), float(np.quantile(sizes, 0.9))
+    return min(most, _STANDING_OUT * usual) if usual > NOTHING * most else most
 
 
 def _divided(vectors: Array, axis: Array) -> tuple[Array, Array]:
@@ -166,24 +166,6 @@ def _free(origin: Array, axis: Array, offset: float, taken: list[Array], radius:
         if min(gaps, default=radius) > (1.0 - NOTHING) * _APART * radius:
             return candidate
     return offset
-
-
-def _turns(sweep: Sweep | Still, joint: Joint, samples: Array) -> bool:
-    """Return whether a joint's child turns about its axis in a parent that stands still."""
-    if joint.type not in ("revolute", "continuous") or not joint.parts:
-        return False
-    if joint.name in {loop.joint for loop in sweep.mechanism.loops}:
-        return False
-    angle = sweep.motion.position(joint.name)[samples]
-    parent = int(sweep.mechanism.model.parents[joint.id])
-    if parent != 0:
-        joints = sweep.mechanism.joints.values()
-        carrier = next((item for item in joints if item.id == parent), None)
-        if carrier is None:
-            return False
-        if np.any(np.ptp(sweep.rotation(carrier.name)[samples], axis=0) > NOTHING):
-            return False
-    return float(np.ptp(angle)) > STEADY
 
 
 def _turned(rotation: Array, vectors: Array) -> Array:

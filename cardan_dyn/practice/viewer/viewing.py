@@ -22,6 +22,7 @@ import numpy as np
 from ...core.elements.element import Element
 from ...core.mechanism.configuration import Configuration
 from ...core.results.sweep import Sweep
+from ...figures.style import refuse_grid
 from ...kit.checks import described, file_path, names, positive, whole, writing
 from ...kit.errors import ArgumentError, MissingExtraError
 from ...motion.simulation.equilibrium import Equilibrium
@@ -34,8 +35,6 @@ from .still import Still
 HOST = "127.0.0.1"
 _POINT_DECIMALS = 6
 """Decimals of the points that the camera has to see [m]: micrometres, which no screen shows."""
-_DURATION, _REAL = 8.0, (2.0, 60.0)
-"""Time in which a sweep is shown if none is given, and between which ones its own is taken [s]."""
 _JOIN_SECONDS = 0.5
 """Time after which waiting for the server starts again. Some systems do not deliver Ctrl-C to a
 thread that waits without a limit."""
@@ -116,8 +115,7 @@ def view(
 def _duration(along: Course) -> float:
     """Return in which time a course is shown: its own one, if that can be followed [s]."""
     own = 0.0 if along.seconds is None else float(along.seconds[-1])
-    least, most = _REAL
-    return own if least <= own <= most else _DURATION
+    return own if 2.0 <= own <= 60.0 else 8.0
 
 
 def _shot(
@@ -145,11 +143,8 @@ def _checked_joints(sweep: Sweep | Still, joints: Sequence[str] | None) -> tuple
             f"view() takes the result of a sweep or a configuration, not {type(sweep).__name__}"
         )
     shown = sweep.outputs if joints is None else names("joints", joints)
-    if isinstance(sweep, Sweep) and len(sweep.shape) > 1:
-        raise ArgumentError(
-            f"view() takes a sweep over one dimension, not of shape {sweep.shape}; sweep one "
-            "design at a time"
-        )
+    if isinstance(sweep, Sweep):
+        refuse_grid(sweep)
     for name in shown:
         sweep[name]  # Raises an error if it is unknown.
     return shown
@@ -246,9 +241,7 @@ def _has_display() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def render(
-    scenery: Scenery, title: str, told: dict[str, Any] | None = None, arrays: Arrays | None = None
-) -> str:
+def render(scenery: Scenery, title: str, told: dict[str, Any], arrays: Arrays) -> str:
     """Return the page of a scene, three.js included.
 
     Args:
@@ -260,12 +253,11 @@ def render(
     Raises:
         MissingExtraError: meshcat or Jinja is not installed.
     """
-    arrays = Arrays() if arrays is None else arrays
     data = {
         "title": title,
         "scene": scenery.drawing.packed(arrays),
         "radius": scenery.drawing.size,
-        "legend": [item._asdict() for item in scenery.legend],
+        "legend": [item._asdict() for item in scenery.drawing.legend],
         "scales": [item._asdict() for item in scenery.scales],
         "points": scenery.points.round(_POINT_DECIMALS).tolist(),
         "spread": [round(extent, _POINT_DECIMALS) for extent in scenery.spread],
@@ -275,9 +267,7 @@ def render(
     }
     # A "</script>" in a name would end the element that contains the text.
     text = json.dumps(data, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
-    return str(
-        _template().render(title=title, script=meshcat().script, data=text, arrays=arrays.base64())
-    )
+    return str(_template().render(title=title, script=meshcat(), data=text, arrays=arrays.base64()))
 
 
 @cache

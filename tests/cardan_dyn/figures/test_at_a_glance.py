@@ -60,6 +60,23 @@ def test_what_is_left_out_is_said(turn: cd.Sweep) -> None:
     assert "not drawn" not in note(turn.plot("crank_bearing"))
 
 
+def test_the_axis_of_a_cross_is_said() -> None:
+    text = (
+        '<robot name="u"><link name="a"/><link name="b"><inertial><origin xyz="1 0 0"/>'
+        '<mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>'
+        '<joint name="u" type="universal"><parent link="a"/><child link="b"/>'
+        '<axis xyz="0 1 0"/><axis2 xyz="0 0 1"/></joint></robot>'
+    )
+    scene = cd.Scene(cd.load(text), drive=["u.turn_1", "u.turn_2"], gravity=(0.0, 0.0, -9.81))
+    hanging = scene.sweep(np.linspace([0.0, 0.0], [0.4, 0.3], 9))
+    said = "the axis of u turns with the child, and is across both pins where the joint is straight"
+    assert note(hanging.plot("u")).endswith(said)
+    assert said not in note(hanging.plot("u", quantities=["force", "moment"]))
+    # So does the axis in the world: along x at first, across the pins along y and z.
+    expected = hanging.rotation("u") @ [1.0, 0.0, 0.0]
+    np.testing.assert_allclose(hanging.wrench("u", "world").axis, expected, atol=1e-12)
+
+
 def test_samples_in_no_order_are_points(turn: cd.Sweep) -> None:
     mixed = SCENE.sweep(turn.position[np.random.default_rng(3).permutation(24)], speed=20.0)
     for panel in (*mixed.plot().axes, *mixed.plot("crank_bearing.shear").axes):

@@ -90,6 +90,20 @@ def test_orders_over_speed_with_phases() -> None:
     assert only.get_yscale() == "linear"
 
 
+def test_a_mode_that_no_order_reaches_leaves_the_others_their_scale() -> None:
+    modes = np.stack([40.0 + SPEED, 1e5 + 0.0 * SPEED], axis=1)
+    figure = campbell(SPEED, modes, orders=(1, 2))
+    (axes,) = figure.axes
+    assert axes.get_ylim()[1] == pytest.approx(1.15 * np.max(modes[:, 0]) / (2.0 * np.pi))
+    told = figure.legends[0].get_title().get_text().replace("\n", " ")
+    assert told == "above, where no order crosses: mode 2 at 15.92 kHz"
+    # One alone is shown, wherever it is; one that an order crosses as well.
+    (axes,) = campbell(SPEED, modes[:, 1:], orders=(1, 2)).axes
+    assert axes.get_ylim()[1] > 1e5 / (2.0 * np.pi)
+    (axes,) = campbell(SPEED, modes, orders=(1, 1e4)).axes
+    assert axes.get_ylim()[1] > 1e5 / (2.0 * np.pi)
+
+
 def test_campbell_of_a_drive_that_turns_back() -> None:
     modes = np.full((31, 1), 40.0)
     (axes,) = campbell(-SPEED[::-1], modes, orders=2).axes

@@ -40,7 +40,7 @@ def test_points_contain_every_joint_and_every_corner(loaded_turn: cd.Sweep) -> N
 def test_each_shape_is_drawn_once_under_its_body(loaded_turn: cd.Sweep) -> None:
     bodies = Bodies(loaded_turn, SAMPLES, visuals=True)
     drawing = Drawing(1.0)
-    bodies.draw(drawing, 1.0)
+    bodies.draw(drawing)
     drawn = paths(drawing)
     assert len(drawn) == len(set(drawn)) == len(bodies.shapes) > 3
     assert all(path.startswith("/mechanism/") for path in drawn)
@@ -51,7 +51,7 @@ def test_bodies_without_visuals_have_shapes_between_their_joints() -> None:
     bodies = Bodies(turn, np.arange(2), visuals=False)
     assert bodies.shapes == []
     drawing = Drawing(1.0)
-    bodies.draw(drawing, 1.0)
+    bodies.draw(drawing)
     assert {path.rpartition("/")[0] for path in paths(drawing)} == {
         *("/mechanism/crank", "/mechanism/coupler", "/mechanism/rocker"),
         *("/bearings/crank_bearing", "/bearings/rocker_bearing"),
@@ -78,7 +78,7 @@ def world(drawing: Drawing, path: str) -> np.ndarray:
     (item,) = (item for item in drawing.objects if item.path == path)
     node = placed(drawing, path.rpartition("/")[0])
     turn = Rotation.from_quat(node["quaternion"]).as_matrix()
-    return np.asarray(item.geometry.vertices @ turn.T + node["position"])
+    return np.asarray(item.surface[0] @ turn.T + node["position"])
 
 
 def test_colors_are_those_of_links_whatever_else_is_drawn() -> None:
@@ -92,7 +92,7 @@ def test_colors_are_those_of_links_whatever_else_is_drawn() -> None:
     for shape in ("", ball):
         turn = cd.Scene(cd.load(text.format(shape)), drive=["j", "k"]).sweep([[0, 0], [1, 1]])
         drawing = Drawing(1.0)
-        Bodies(turn, np.arange(2), visuals=True).draw(drawing, 1.0)
+        Bodies(turn, np.arange(2), visuals=True).draw(drawing)
         colors.append({item.path: item.color.css for item in drawing.objects})
     assert colors[0]["/mechanism/b/shape"] == colors[1]["/mechanism/b/b 0"] == PALETTE[1].css
     assert colors[0]["/mechanism/c/shape"] == colors[1]["/mechanism/c/shape"] == PALETTE[2].css
@@ -106,7 +106,7 @@ def test_a_floor_alone_leaves_the_bearings_of_the_ground() -> None:
     turn = cd.Scene(cd.load(model), drive="j").sweep([0.0, 1.0])
     bodies = Bodies(turn, np.arange(2), visuals=True)
     drawing = Drawing(1.0)
-    bodies.draw(drawing, 1.0)
+    bodies.draw(drawing)
     assert {"/mechanism/world/world 0", "/bearings/j/shape", "/mechanism/b/shape"} <= set(
         paths(drawing)
     )
@@ -128,7 +128,7 @@ def test_a_universal_joint_has_a_cross_that_turns_with_both_sides() -> None:
     positions = np.random.default_rng(3).uniform(-1.0, 1.0, (5, 3))
     turn = cd.Scene(cd.load(UNIVERSAL), drive=names).sweep(positions)
     drawing = Drawing(1.0)
-    Bodies(turn, np.arange(5), visuals=True).draw(drawing, 1.0)
+    Bodies(turn, np.arange(5), visuals=True).draw(drawing)
     pose = drawing.nodes["/mechanism/c u"]
     axes = Rotation.from_quat(pose.quaternion).as_matrix()
     # The first axis is carried by the input, the second one by the output.
@@ -144,7 +144,7 @@ def test_housings_of_a_drive_line_stand_where_its_bearings_are() -> None:
     line = cd.drive_lines.DriveLine.from_toml("rolling_mill")
     turn = line.scene().sweep([0.0, 1.0])
     drawing = Drawing(1.0)
-    Bodies(turn, np.arange(2), visuals=True).draw(drawing, 1.0)
+    Bodies(turn, np.arange(2), visuals=True).draw(drawing)
     housings = [path for path in paths(drawing) if path.startswith("/bearings/")]
     supports = [name for name in turn.mechanism.joints if name.startswith("support_")]
     assert len(supports) == 4
@@ -211,7 +211,7 @@ def test_missing_meshes_are_noted_with_what_stands_in() -> None:
     ).sweep([0.0, 1.0])
     bodies = Bodies(turn, np.arange(2), visuals=True)
     drawing = Drawing(1.0)
-    bodies.draw(drawing, 1.0)
+    bodies.draw(drawing)
     missing, stand_in = bodies.notes
     assert missing.startswith("a mesh was not found: '/none/b.stl' (link 'b'); looked in /")
     assert stand_in == "made up from joints: b"

@@ -17,7 +17,6 @@ from cardan_dyn.practice.viewer.commands import (
     Drawing,
     Place,
     Pose,
-    mesh,
     meshcat,
     node_name,
 )
@@ -61,8 +60,8 @@ def test_only_what_moves_has_a_track() -> None:
     size = 2.0
     drawing = Drawing(size)
     steps = np.arange(3.0)[:, None] * [1.0, 0.0, 0.0]
-    drawing.place("/still", Pose.of(steps * 0.4 * STEADY * size))
-    drawing.place("/moving", Pose.of(steps, scale=np.array([1.0, 2.0, 1.0])))
+    drawing.nodes["/still"] = Pose.of(steps * 0.4 * STEADY * size)
+    drawing.nodes["/moving"] = Pose.of(steps, scale=np.array([1.0, 2.0, 1.0]))
     data, arrays = packed(drawing)
     still, moving = data["nodes"]
     assert still == {
@@ -81,47 +80,41 @@ def test_only_what_moves_has_a_track() -> None:
 def test_equal_arrays_and_shapes_are_written_once() -> None:
     drawing = Drawing(1.0)
     for path in ("/a", "/b"):
-        drawing.add(path, mesh(TRIANGLE), Color.of("#000000"))
-    drawing.add("/c", meshcat().geometry.Box([1.0, 2.0, 3.0]), Color.of("#000000"))
+        drawing.add(path, TRIANGLE, Color.of("#000000"))
+    drawing.add("/c", (2.0 * TRIANGLE[0], TRIANGLE[1]), Color.of("#000000"))
     data, arrays = packed(drawing)
     assert [item["shape"] for item in data["objects"]] == [0, 0, 1]
-    triangle, box = data["shapes"]
-    assert box == {"kind": "box", "size": (1.0, 2.0, 3.0)}
-    np.testing.assert_array_equal(read(arrays, triangle["vertices"]), np.eye(3).ravel())
-    assert triangle["faces"].kind == "u2" and list(read(arrays, triangle["faces"])) == [0, 1, 2]
-    assert len(base64.b64decode(arrays.base64())) == 40 + 8
+    (vertices, faces), (others, same) = data["shapes"]
+    np.testing.assert_array_equal(read(arrays, vertices), np.eye(3).ravel())
+    np.testing.assert_array_equal(read(arrays, others), 2.0 * np.eye(3).ravel())
+    assert same == faces and faces.kind == "u2" and list(read(arrays, faces)) == [0, 1, 2]
+    assert len(base64.b64decode(arrays.base64())) == 2 * 40 + 8
 
 
 def test_shapes_of_more_vertices_than_16_bits_count() -> None:
     count = 65536
     faces = np.array([[0, 1, count - 1]])
     drawing = Drawing(1.0)
-    drawing.add("/a", mesh((np.zeros((count, 3)), faces)), Color.of("#000000"))
+    drawing.add("/a", (np.zeros((count, 3)), faces), Color.of("#000000"))
     data, arrays = packed(drawing)
-    assert list(read(arrays, data["shapes"][0]["faces"])) == [0, 1, count - 1]
+    assert list(read(arrays, data["shapes"][0][1])) == [0, 1, count - 1]
 
 
-def test_round_shapes_and_those_that_cannot_be_drawn() -> None:
-    geometry = meshcat().geometry
+def test_the_legend_says_each_meaning_once() -> None:
     drawing = Drawing(1.0)
-    drawing.add("/a", geometry.Sphere(2.0), Color.of("#000000"))
-    drawing.add("/b", geometry.Cylinder(3.0, 0.5), Color.of("#000000"))
-    assert packed(drawing)[0]["shapes"] == [
-        {"kind": "sphere", "radius": 2.0},
-        {"kind": "cylinder", "size": (0.5, 0.5, 3.0)},
-    ]
-    drawing.add("/c", object(), Color.of("#000000"))
-    with pytest.raises(TypeError, match="no object; give its triangles"):
-        packed(drawing)
+    for path in ("/axes/a", "/axes/b", "/loads/a"):
+        drawing.add(path, TRIANGLE, Color.of("#000000"), means="black", pose=Pose.of(np.ones(3)))
+    assert drawing.legend == (("#000000", "black", "axes"), ("#000000", "black", "loads"))
+    assert list(drawing.nodes) == ["/axes/a", "/axes/b", "/loads/a"]
 
 
 def test_objects_on_top_have_layers_and_placements_are_written_by_columns() -> None:
     drawing = Drawing(1.0)
     placement = np.eye(4)
     placement[:3, 3] = [1.0, 2.0, 3.0]
-    drawing.add("/a", mesh(TRIANGLE), Color.of("#000000"))
+    drawing.add("/a", TRIANGLE, Color.of("#000000"))
     top = Color.of("#000000", opacity=0.5, on_top=True, layer=3)
-    drawing.add("/b", mesh(TRIANGLE), top, placement)
+    drawing.add("/b", TRIANGLE, top, placement)
     plain, above = packed(drawing)[0]["objects"]
     assert plain == {"path": "/a", "shape": 0, "color": "#000000"}
     assert above["layer"] == 4 and above["opacity"] == 0.5
@@ -137,4 +130,4 @@ def test_labels_are_placed_and_listed() -> None:
 
 
 def test_the_script_that_draws_is_part_of_the_package() -> None:
-    assert len(meshcat().script) > 100_000
+    assert len(meshcat()) > 100_000

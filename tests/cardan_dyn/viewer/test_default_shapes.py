@@ -219,8 +219,8 @@ def test_mechanisms_of_all_sizes_look_alike(name: str, factor: float) -> None:
     for text in (in_lengths(cd.load(name), 1.0), in_lengths(cd.load(name), factor)):
         configuration = cd.assemble(cd.load(text))
         drawing = Drawing(1.0)
-        Bodies(Still(configuration), np.arange(1), visuals=True).draw(drawing, 1.0)
-        clouds.append({item.path: item.geometry.vertices for item in drawing.objects})
+        Bodies(Still(configuration), np.arange(1), visuals=True).draw(drawing)
+        clouds.append({item.path: item.surface[0] for item in drawing.objects})
     assert clouds[0].keys() == clouds[1].keys() and len(clouds[0]) > 4
     for path, vertices in clouds[0].items():
         scale = factor * np.max(np.abs(vertices))

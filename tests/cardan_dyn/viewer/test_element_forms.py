@@ -13,8 +13,6 @@ Surface = tuple[np.ndarray, np.ndarray]
 SOLIDS: dict[str, tuple[Callable[[], Surface], float]] = {
     # Volumes by hand: cylinders, rings and sectors of rings.
     "dashpot": (lambda: forms.dashpot(0.1), np.pi * (0.025**2 + 0.45 * 0.1**2)),
-    "drum": (lambda: forms.drum(0.1), np.pi * (0.09**2 * 0.012 + (0.1**2 - 0.086**2) * 0.044)),
-    "disc": (lambda: forms.brake_disc(0.1), np.pi * (0.1**2 - 0.072**2) * 0.02),
     "shoes": (lambda: forms.brake_shoes(0.1), 0.9 * (0.13**2 - 0.104**2) * 0.04),
     "pads": (lambda: forms.pads(0.1), 1.4 * (0.07**2 - 0.025**2) * 0.2),
 }

@@ -35,7 +35,7 @@ def turn() -> cd.Sweep:
 @pytest.fixture(scope="module")
 def drawing(turn: cd.Sweep) -> Drawing:
     drawing = Drawing(1.0)
-    draw_elements(drawing, turn, SAMPLES, 1.0)
+    draw_elements(drawing, turn, SAMPLES)
     return drawing
 
 
@@ -53,10 +53,10 @@ def test_a_spring_starts_at_its_first_point_and_is_as_long_as_it_is(
 
 def test_every_element_is_drawn_and_named_in_the_legend(turn: cd.Sweep) -> None:
     drawing = Drawing(1.0)
-    drawn = draw_elements(drawing, turn, SAMPLES, 1.0)
+    draw_elements(drawing, turn, SAMPLES)
     paths = {path.split("/")[2] for path in drawing.nodes}
     assert paths == {"coil", "1", "2", "3", "brake", "motor", "other motor"}
-    assert [text for _, text in drawn.legend] == [
+    assert [item.text for item in drawing.legend] == [
         *("spring", "bushing", "damper", "dry friction"),
         "effort of an actuator, at most 2 N·m",
     ]
@@ -67,8 +67,9 @@ def test_thrusts_are_springs_dampers_or_cylinders() -> None:
     laws = (([[0.0, 9.0], [3.0, -9.0]], "length"), (np.cos, "rate"), (5.0, "time"))
     elements = [cd.PointActuator(*ends, thrust, of=of) for thrust, of in laws]
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", elements=elements)
-    drawn = draw_elements(Drawing(1.0), scene.sweep([0.0, 0.5]), np.arange(2), 1.0)
-    assert [text for _, text in drawn.legend] == ["spring", "damper", "thrust of an actuator"]
+    drawing = Drawing(1.0)
+    draw_elements(drawing, scene.sweep([0.0, 0.5]), np.arange(2))
+    assert [item.text for item in drawing.legend] == ["spring", "damper", "thrust of an actuator"]
 
 
 def test_elements_of_a_joint_stand_at_its_axis_and_not_in_each_other(
@@ -100,7 +101,7 @@ def test_an_axis_of_a_joint_with_several_coordinates_is_the_one_that_turns() -> 
     elements = [cd.JointSpring("u.turn_1", 1.0), cd.JointSpring("u.turn_2", 1.0)]
     scene = cd.Scene(cd.load(text), drive=["u.turn_1", "u.turn_2"], elements=elements)
     drawing = Drawing(1.0)
-    draw_elements(drawing, scene.sweep([[0.4, 0.3]]), np.arange(1), 1.0)
+    draw_elements(drawing, scene.sweep([[0.4, 0.3]]), np.arange(1))
     for path, expected in (("0", [1.0, 0.0, 0.0]), ("1", [0.0, np.cos(0.4), np.sin(0.4)])):
         x, y, z, w = placed(drawing, f"/elements/{path}/spiral")["quaternion"]
         axis = np.array([2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)])

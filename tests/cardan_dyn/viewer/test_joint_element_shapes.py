@@ -15,13 +15,14 @@ from cardan_dyn.core.elements.link_motions import LinkMotion
 from cardan_dyn.core.mechanism.joints import Part
 from cardan_dyn.practice.viewer import element_shapes as shapes
 from cardan_dyn.practice.viewer.commands import Drawing
+from cardan_dyn.practice.viewer.places import Axis
 from cardan_dyn.practice.viewer.shapes import ARROW
 
 TIMES = np.array([0.0, 1.0])
 X = np.array([0.3, -0.5])
 
 
-def axis(kind: str) -> shapes.Axis:
+def axis(kind: str) -> Axis:
     """Axis along y of the world, at (1, 0, 0) and moved there by 0.3 and -0.5."""
     y = np.array([0.0, 1.0, 0.0])
     cosine, sine, none = np.cos(X), np.sin(X), np.zeros(2)
@@ -30,14 +31,22 @@ def axis(kind: str) -> shapes.Axis:
     rotation = np.tile(np.eye(3), (2, 1, 1)) if slides else turned.transpose(2, 0, 1)
     position = np.array([1.0, 0.0, 0.0]) + (X[:, None] * y if slides else np.zeros((2, 1)))
     child = LinkMotion(rotation, position, np.zeros((2, 3)), np.zeros((2, 3)))
-    return shapes.Axis(Part(kind, y, 1), child, X, np.zeros(2), TIMES, np.zeros(3), 2.0)
+    return Axis(Part(kind, y, 1), child, X, np.zeros(2), TIMES, np.zeros(3))
 
 
-def drawn(element: JointElement, kind: str, greatest: float = 1.0) -> Drawing:
-    drawing = Drawing(1.0)
-    tool = shapes.JointDrawing(drawing, {True: greatest, False: greatest})
-    tool.draw("/e", element, axis(kind), "elements[0]")
-    assert len(tool.legend) == 1
+def drawn(element: JointElement, kind: str) -> Drawing:
+    drawing = Drawing(2.0)
+    shapes.draw_along(drawing, "/e", element, axis(kind))
+    assert len(drawing.legend) == 1
+    return drawing
+
+
+def efforts(kind: str, *efforts: object) -> Drawing:
+    """Arrows of actuators at one axis, whose nodes are /0, /1, …"""
+    drawing = Drawing(2.0)
+    at = axis(kind)
+    told = [np.broadcast_to(np.asarray(item, float), 2) for item in efforts]
+    shapes.draw_efforts(drawing, [(f"/{k}", item, at) for k, item in enumerate(told)])
     return drawing
 
 
@@ -72,15 +81,14 @@ def test_a_coil_along_a_slide_is_stretched_with_it() -> None:
     drawing = drawn(cd.JointSpring("j", 5.0, rest=0.1), "prismatic")
     coil = placed(drawing, "/e")
     # Most pressed at -0.5, by 0.6, where a quarter of the scene's radius is left: 0.5 m.
-    assert coil["scale"].tolist() == pytest.approx([1.0, 1.0, 0.5 + 0.8])
+    assert coil["scale"].tolist() == pytest.approx([2.0, 2.0, 0.5 + 0.8])
     np.testing.assert_allclose(coil["position"], [1.0, 0.3 - 1.3, 0.0], atol=1e-15)
 
 
 def test_a_spring_without_stiffness_is_a_damper() -> None:
     for kind in ("revolute", "prismatic"):
-        tool = shapes.JointDrawing(Drawing(1.0), {})
-        tool.draw("/e", cd.JointSpring("j", 0.0, damping=1.0), axis(kind), "")
-        assert list(tool.legend.values()) == ["damper"]
+        drawing = drawn(cd.JointSpring("j", 0.0, damping=1.0), kind)
+        assert [item.text for item in drawing.legend] == ["damper"]
 
 
 def test_shoes_stay_with_the_parent_and_the_ring_turns() -> None:
@@ -94,16 +102,13 @@ def test_shoes_stay_with_the_parent_and_the_ring_turns() -> None:
 
 
 def test_an_arrow_is_as_great_as_the_effort_and_turns_with_its_sign() -> None:
-    arrow = placed(drawn(cd.Actuator("j", -4.0), "prismatic", greatest=8.0), "/e")
+    arrow = placed(efforts("prismatic", -4.0, 8.0), "/0")
     np.testing.assert_allclose(turned_z(arrow["quaternion"]), [0, -1, 0], atol=1e-12)
     assert arrow["scale"][0] == pytest.approx(0.5 * 2.0 * ARROW)
-    arc = placed(drawn(cd.Actuator("j", lambda time: 2.0 - time), "revolute", 8.0), "/e")
+    arc = placed(efforts("revolute", 2.0 - TIMES, 8.0), "/0")
     np.testing.assert_allclose(turned_z(arc["quaternion"]), [0, 1, 0], atol=1e-12)
     assert arc["scale"][0] == pytest.approx(0.25 * 2.0 * shapes.ARC_RADIUS)
 
 
 def test_an_actuator_without_effort_has_no_arrow() -> None:
-    drawing = Drawing(1.0)
-    tool = shapes.JointDrawing(drawing, {True: 0.0, False: 0.0})
-    assert tool.draw("/e", cd.Actuator("j", 0.0), axis("revolute"), "") == []
-    assert drawing.objects == []
+    assert efforts("revolute", 0.0).objects == []

@@ -17,7 +17,6 @@ pytest.importorskip("trimesh", reason="the viewer reads meshes with trimesh")
 
 import cardan_dyn as cd
 from cardan_dyn.practice.viewer.meshes import (
-    Surface,
     creased,
     find_mesh,
     read_mesh,
@@ -130,11 +129,11 @@ def test_each_format_gives_the_points_of_its_file(
     write(tmp_path / name)
     (found,) = read_mesh(tmp_path / name)
     np.testing.assert_allclose(
-        ordered(found.vertices), ordered(POINTS + np.array([0.0, 0.0, shift]))
+        ordered(found.surface[0]), ordered(POINTS + np.array([0.0, 0.0, shift]))
     )
     assert found.color == color
     # Each triangle once, seen from the same side.
-    corners = found.vertices[found.faces] - [0.0, 0.0, shift]
+    corners = found.surface[0][found.surface[1]] - [0.0, 0.0, shift]
     expected = {tuple(np.roll(face, k)) for face in FACES for k in range(3)}
     indices = np.argmin(np.linalg.norm(corners[:, :, None] - POINTS, axis=-1), axis=-1)
     assert len(indices) == 4 and {tuple(face) for face in indices} <= expected
@@ -146,12 +145,14 @@ def test_a_dae_file_counts_in_its_unit_and_keeps_its_axes(
 ) -> None:
     dae(tmp_path / "mesh.dae", unit, up)
     (found,) = read_mesh(tmp_path / "mesh.dae")
-    np.testing.assert_allclose(ordered(found.vertices), ordered(POINTS + np.array([0.0, 0.0, 1.0])))
+    np.testing.assert_allclose(
+        ordered(found.surface[0]), ordered(POINTS + np.array([0.0, 0.0, 1.0]))
+    )
 
 
 def test_a_part_of_a_file(tmp_path: Path) -> None:
     dae(tmp_path / "mesh.dae")
-    assert len(read_mesh(tmp_path / "mesh.dae", "g")[0].faces) == 4
+    assert len(read_mesh(tmp_path / "mesh.dae", "g")[0].surface[1]) == 4
     with pytest.raises(cd.ModelError, match=r"mesh\.dae: the mesh has no triangles in part 'h'"):
         read_mesh(tmp_path / "mesh.dae", "h")
 
@@ -161,7 +162,7 @@ def test_each_color_is_a_surface_of_its_own(tmp_path: Path) -> None:
     (tmp_path / "mesh.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n")
     text = (tmp_path / "mesh.obj").read_text()
     (tmp_path / "mesh.obj").write_text(text + "usemtl blue\nf 1 2 3\n")
-    found = {item.color: len(item.faces) for item in read_mesh(tmp_path / "mesh.obj")}
+    found = {item.color: len(item.surface[1]) for item in read_mesh(tmp_path / "mesh.obj")}
     assert found == {(1.0, 0.0, 0.0, 1.0): 4, (0.0, 0.0, 1.0, 1.0): 1}
 
 
@@ -286,7 +287,7 @@ def test_robots_look_as_pinocchio_reads_them(name: str) -> None:
     assert len(expected) > 5
     for link, clouds in expected.items():
         own = [
-            shape.vertices @ shape.placement[:3, :3].T + shape.placement[:3, 3]
+            shape.surface[0] @ shape.placement[:3, :3].T + shape.placement[:3, 3]
             for shape in shapes
             if shape.link == link and shape.kind == "mesh"
         ]
@@ -295,29 +296,29 @@ def test_robots_look_as_pinocchio_reads_them(name: str) -> None:
             np.testing.assert_allclose(*box, atol=1e-6)
 
 
-def ball(steps: int) -> Surface:
+def ball(steps: int) -> tuple[np.ndarray, np.ndarray]:
     import trimesh
 
     mesh = trimesh.creation.icosphere(subdivisions=steps)
-    return Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces), None)
+    return np.asarray(mesh.vertices), np.asarray(mesh.faces)
 
 
 def test_thinned_meshes_keep_their_form() -> None:
     fine = ball(5)
     coarse = thinned(fine, 0.1)
-    assert 100 < len(coarse.faces) < 0.2 * len(fine.faces)
+    assert 100 < len(coarse[1]) < 0.2 * len(fine[1])
     # Points are some of those that there were, and the surface is still closed.
-    assert set(map(tuple, coarse.vertices)) <= set(map(tuple, fine.vertices))
-    edges = np.concatenate([coarse.faces[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))])
+    assert set(map(tuple, coarse[0])) <= set(map(tuple, fine[0]))
+    edges = np.concatenate([coarse[1][:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))])
     assert set(map(tuple, edges)) == set(map(tuple, edges[:, ::-1]))
-    assert len(thinned(fine, 1e-9).faces) == len(fine.faces)
+    assert len(thinned(fine, 1e-9)[1]) == len(fine[1])
 
 
 def test_edges_are_creased_and_curves_are_not() -> None:
     smooth = ball(4)
-    assert len(creased(smooth).vertices) == len(smooth.vertices)
-    sharp = creased(Surface(POINTS, FACES, None))
-    assert sharp.faces.shape == (4, 3) and len(sharp.vertices) == 12
-    np.testing.assert_array_equal(sharp.vertices[sharp.faces], POINTS[FACES])
-    single = creased(Surface(POINTS[:3], FACES[:1] % 3, None))
-    assert single.faces.shape == (1, 3)
+    assert len(creased(smooth)[0]) == len(smooth[0])
+    vertices, faces = creased((POINTS, FACES))
+    assert faces.shape == (4, 3) and len(vertices) == 12
+    np.testing.assert_array_equal(vertices[faces], POINTS[FACES])
+    _, single = creased((POINTS[:3], FACES[:1] % 3))
+    assert single.shape == (1, 3)

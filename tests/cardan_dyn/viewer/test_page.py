@@ -13,21 +13,23 @@ import pytest
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 pytest.importorskip("jinja2", reason="the page needs Jinja")
 
-from cardan_dyn.practice.viewer.commands import Color, Drawing, Pose
-from cardan_dyn.practice.viewer.scenery import Meaning, Scale, Scenery
+from cardan_dyn.practice.viewer.commands import Arrays, Color, Drawing, Pose
+from cardan_dyn.practice.viewer.scenery import Scale, Scenery
 from cardan_dyn.practice.viewer.viewing import Server, render
 
 
 def scenery(label: str) -> Scenery:
     drawing = Drawing(1.0)
     drawing.label("/labels/a", label, Color.of("#000000"), Pose.of(np.zeros(3)))
+    triangle = np.eye(3), np.array([[0, 1, 2]])
+    drawing.add("/axes/a", triangle, Color.of("#abcdef"), means="a meaning")
     points = np.array([[0.123456789, 0.0, 1.0]])
     scale = Scale("moment", "N·m", 20.0, None)
-    return Scenery(drawing, (Meaning("#abcdef", "a meaning", "axes"),), (scale,), points)
+    return Scenery(drawing, (scale,), points)
 
 
 def test_page_contains_its_scene() -> None:
-    page = render(scenery("name"), "A & B")
+    page = render(scenery("name"), "A & B", {}, Arrays())
     assert "<title>A &amp; B</title>" in page
     assert "#abcdef" in page and "a meaning" in page and '"per_metre": 20.0' in page
     assert "[[0.123457, 0.0, 1.0]]" in page
@@ -35,7 +37,7 @@ def test_page_contains_its_scene() -> None:
 
 def test_a_name_cannot_end_the_script() -> None:
     name = "</script><b>x"
-    page = render(scenery(name), "title")
+    page = render(scenery(name), "title", {}, Arrays())
     assert name not in page
     (data,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page)
     assert json.loads(data)["scene"]["labels"][0]["text"] == name

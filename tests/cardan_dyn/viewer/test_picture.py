@@ -56,3 +56,10 @@ def test_names_are_written_letter_by_letter() -> None:
     figure = picture(cd.Scene(mechanism, drive=["m$1", "n$2"]).sweep([[0.1, 0.2]]))
     (label,) = figure.axes[0].texts
     assert label.get_text() == "m\\$1,\nn\\$2"
+
+
+def test_a_picture_is_of_one_design(joint: cd.Mechanism) -> None:
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.3})
+    grid = scene.sweep(np.zeros(3), held={"joint_angle": np.array([[0.1], [0.2]])})
+    with pytest.raises(cd.ArgumentError, match=r"one dimension, not of shape \(2, 3\)"):
+        picture(grid)

@@ -58,15 +58,15 @@ def test_slides_are_told_in_metres_or_millimetres() -> None:
         '<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/>'
         '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
         '<joint name="j" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>'
-        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+        '<limit lower="-3" upper="3" effort="1" velocity="1"/></joint></robot>'
     )
     scene = cd.Scene(block, drive="j")
-    for way, unit, values in ((0.05, "mm", [0.0, 25.0, 50.0]), (0.5, "m", [0.0, 0.25, 0.5])):
+    for way, unit, values in ((0.05, "mm", [0.0, 25.0, 50.0]), (2.0, "m", [0.0, 1.0, 2.0])):
         along = told(scene.sweep(np.linspace(0.0, way, 3)))["course"]
         assert along["unit"] == unit
         np.testing.assert_allclose(along["values"], values)
     # Downwards as well: the slider goes along with the drive.
-    assert told(scene.sweep([0.5, 0.0]))["course"]["values"].tolist() == [0.5, 0.0]
+    assert told(scene.sweep([2.0, 0.0]))["course"]["values"].tolist() == [2.0, 0.0]
 
 
 def test_a_simulation_is_told_in_seconds() -> None:
@@ -139,6 +139,8 @@ def test_the_numbers_of_a_joint_are_those_of_the_sweep() -> None:
     series = {item["name"]: item for item in joints["crank_bearing"]["series"]}
     wrench = sweep["crank_bearing"]
     assert set(series) == {"torsion", "bending", "force", "axial", "shear", "drive"}
+    assert series["torsion"]["color"] == "#c2185b"
+    assert series["drive"]["means"] == "effort of the drive"
     for name in ("torsion", "shear"):
         np.testing.assert_allclose(series[name]["values"], getattr(wrench, name), rtol=1e-6)
     np.testing.assert_allclose(series["drive"]["values"], sweep.drive_effort, rtol=1e-6)

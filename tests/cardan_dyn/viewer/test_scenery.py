@@ -14,9 +14,9 @@ from testkit.drawn import placed
 from testkit.kinematics import at_zero
 
 import cardan_dyn as cd
+from cardan_dyn.practice.viewer.load_shapes import LOAD
 from cardan_dyn.practice.viewer.scenery import (
     BENDING,
-    LOAD,
     LOOP,
     SHEAR,
     TORSION,
@@ -69,7 +69,7 @@ def test_forces_are_drawn_where_there_are_any(loaded_turn: cd.Sweep) -> None:
     )
     moving = scenery(turn, only_forces)
     assert roots(moving) == {*BODIES, "axial", "shear"}
-    assert moving.legend[1] == (SHEAR.css, "shear: force across the joint axis", "shear")
+    assert moving.drawing.legend[1] == (SHEAR.css, "shear: force across the joint axis", "shear")
     (scale,) = moving.scales
     assert (scale.kind, scale.unit, scale.longest) == ("force", "N", None)
     name = max(turn, key=lambda name: np.max(turn[name].shear))
@@ -110,11 +110,11 @@ def test_a_load_is_not_drawn_again_as_what_its_joint_carries() -> None:
 def test_the_axis_of_a_slide_is_its_stroke() -> None:
     turn = cd.Scene(cd.load("slider_crank"), drive="crank_bearing").sweep(np.linspace(0.0, 6.0, 25))
     drawn = scenery(turn, dataclasses.replace(NONE, axes=True)).drawing
-    surfaces = [item for item in drawn.objects if item.path.startswith("/axes/piston_guide/")]
-    assert [item.path.rpartition("/")[2] for item in surfaces] == ["line", "end 0", "end 1"]
-    position = turn.motion.position("piston_guide")
-    ends = [item.placement[2, 3] for item in surfaces[1:]]
-    assert ends == pytest.approx([np.min(position), np.max(position)])
+    (surface,) = (item.surface for item in drawn.objects if item.path == "/axes/piston_guide")
+    position, thick = turn.motion.position("piston_guide"), 0.005 * drawn.size
+    heights = drawn.size * surface[0][:, 2]
+    expected = [np.min(position) - thick, np.max(position) + thick]
+    assert [np.min(heights), np.max(heights)] == pytest.approx(expected)
     places = drawn.nodes["/axes/piston_guide"].position
     assert np.ptp(places, axis=0) == pytest.approx(0.0, abs=1e-12)  # It stays with the guide.
 
@@ -146,17 +146,17 @@ def test_the_rounding_of_moments_is_not_drawn_beside_forces() -> None:
 
 def test_legend_names_what_is_drawn(loaded_turn: cd.Sweep) -> None:
     scene = scenery(loaded_turn, Parts())
-    legend = {item.color: item.text for item in scene.legend}
+    legend = {item.color: item.text for item in scene.drawing.legend}
     assert "torsion" in legend[TORSION.css] and "bending" in legend[BENDING.css]
     assert legend[LOOP.css] == "joint that closes a loop" and legend[LOAD.css] == "load"
-    assert {item.part for item in scene.legend} == {
+    assert {item.part for item in scene.drawing.legend} == {
         *("axes", "torsion", "bending", "moment", "loads", "drive"),
     }
     colors = {item.text: item.color for item in scene.drawing.labels}
     assert set(colors) == set(loaded_turn.outputs)
     assert colors["pin_out"] == LOOP.css != colors["bearing_in"]
     without_loop = scenery(loaded_turn, Parts(), ("bearing_in",))
-    assert LOOP.css not in {item.color for item in without_loop.legend}
+    assert LOOP.css not in {item.color for item in without_loop.drawing.legend}
 
 
 def test_arrows_are_as_long_as_their_scale_says(loaded_turn: cd.Sweep) -> None:
@@ -218,6 +218,14 @@ def test_a_drive_that_turns_is_an_arc_about_its_axis(loaded_turn: cd.Sweep) -> N
     joint = loaded_turn.mechanism.joints["bearing_in"]
     np.testing.assert_allclose(axis, loaded_turn.rotation("bearing_in")[0] @ joint.axis, atol=1e-12)
     assert "/loads/gravity" not in {item.path for item in scene.drawing.objects}
+
+
+def test_only_shafts_in_fixed_bearings_have_traces(loaded_turn: cd.Sweep) -> None:
+    nodes = scenery(loaded_turn, dataclasses.replace(NONE, traces=True)).drawing.nodes
+    traced = {path.split("/")[2] for path in nodes if path.startswith("/traces/")}
+    # The bearing of the output is carried by the joint angle, which is held, and stands still as
+    # well; the cross is carried by a shaft that turns.
+    assert traced <= {"bearing_in", "bearing_out"} and "bearing_out" in traced
 
 
 def test_a_moment_along_its_axis_leaves_no_trace() -> None:

@@ -11,7 +11,7 @@ pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
 import cardan_dyn as cd
 from cardan_dyn.practice.viewer.meshes import read_mesh
-from cardan_dyn.practice.viewer.visuals import Shape, few_enough, shapes_of
+from cardan_dyn.practice.viewer.visuals import Shape, few_enough, shapes_of, surface_of
 
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 STL = "solid t\nfacet normal 0 0 1\nouter loop\n{}endloop\nendfacet\nendsolid t\n"
@@ -51,7 +51,7 @@ def only(mechanism: cd.Mechanism) -> Shape:
 def test_corners(kind: str, size: tuple[float, ...], half: tuple[float, float, float]) -> None:
     placement = np.eye(4)
     placement[:3, :3], placement[:3, 3] = QUARTER, (1.0, 2.0, 3.0)
-    corners = Shape("b", 1, kind, size, placement, WHITE).corners()
+    corners = Shape("b", 1, kind, placement, WHITE, surface_of(kind, size)).corners()
     # A quarter turn about z swaps the extents along x and y.
     extent = np.array([half[1], half[0], half[2]])
     assert corners.shape == (8, 3) and len(np.unique(corners.round(9), axis=0)) == 8
@@ -62,10 +62,11 @@ def test_corners_of_a_mesh_enclose_its_vertices_and_a_floor_has_none() -> None:
     vertices = np.array([[0.0, 0.0, 0.0], [1.0, -2.0, 0.5], [0.5, 3.0, 0.25]])
     placement = np.eye(4)
     placement[:3, 3] = (10.0, 0.0, 0.0)
-    shape = Shape("b", 1, "mesh", (), placement, WHITE, vertices, np.zeros((0, 3), int))
+    shape = Shape("b", 1, "mesh", placement, WHITE, (vertices, np.zeros((0, 3), int)))
     np.testing.assert_array_equal(np.min(shape.corners(), axis=0), (10.0, -2.0, 0.0))
     np.testing.assert_array_equal(np.max(shape.corners(), axis=0), (11.0, 3.0, 0.5))
-    assert len(Shape("b", 1, "plane", (0.0, 0.0), placement, WHITE).corners()) == 0
+    floor = surface_of("plane", (0.0, 0.0))
+    assert len(Shape("b", 1, "plane", placement, WHITE, floor).corners()) == 0
 
 
 @pytest.mark.parametrize(
@@ -80,15 +81,15 @@ def test_what_is_drawn_reaches_its_corners(
     kind: str, size: tuple[float, ...], extent: tuple[float, ...]
 ) -> None:
     vertices = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    shape = Shape("b", 1, kind, size, np.eye(4), WHITE, vertices, np.array([[0, 1, 2]]))
-    geometry, placement = shape.drawn(1.0)
-    np.testing.assert_allclose(np.max(geometry.vertices, axis=0), extent, atol=1e-12)
-    np.testing.assert_array_equal(placement, np.eye(4))
+    triangle = vertices, np.array([[0, 1, 2]])
+    surface = surface_of(kind, size) if size else triangle
+    drawn, _ = Shape("b", 1, kind, np.eye(4), WHITE, surface).drawn(1.0)
+    np.testing.assert_allclose(np.max(drawn, axis=0), extent, atol=1e-12)
 
 
 def test_a_plane_without_end_is_drawn_as_large_as_the_scene() -> None:
-    shape = Shape("b", 1, "plane", (0.0, 0.5), np.eye(4), WHITE)
-    width, depth, height = shape.drawn(2.0)[0].lengths
+    shape = Shape("b", 1, "plane", np.eye(4), WHITE, surface_of("plane", (0.0, 0.5)))
+    width, depth, height = np.ptp(shape.drawn(2.0)[0], axis=0)
     assert (width, depth) == (6.0, 0.5) and 0.0 < height < 0.01
 
 
@@ -153,7 +154,7 @@ def test_meshes_are_shown_and_missing_ones_are_noted(tmp_path: Path) -> None:
     assert text.description.source is not None
     file.write_text(text.description.source.text)
     shown, (note,) = shapes_of(cd.load(file))
-    assert [(shape.kind, len(shape.vertices), len(shape.faces)) for shape in shown] == [
+    assert [(shape.kind, *map(len, shape.surface)) for shape in shown] == [
         ("mesh", 3, 1),
         ("mesh", 3, 1),
     ]
@@ -183,11 +184,11 @@ def test_meshes_are_scaled_and_placed(tmp_path: Path) -> None:
     file.write_text(TRIANGLE)
     origin = '<origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>'
     shape = only(described(visual(f'<mesh filename="{file}" scale="2 -3 1"/>', origin)))
-    points = shape.vertices @ shape.placement[:3, :3].T + shape.placement[:3, 3]
+    points = shape.surface[0] @ shape.placement[:3, :3].T + shape.placement[:3, 3]
     np.testing.assert_allclose(np.min(points, axis=0), (1.0, 2.0, 3.0), atol=1e-12)
     np.testing.assert_allclose(np.max(points, axis=0), (4.0, 4.0, 3.0), atol=1e-12)
     # One negative factor mirrors it; it is still seen from above.
-    first, second, third = points[shape.faces[0]]
+    first, second, third = points[shape.surface[1][0]]
     assert np.cross(second - first, third - first)[2] > 0.0
 
 
@@ -207,14 +208,14 @@ def test_huge_meshes_are_thinned_with_a_note() -> None:
     vertices = np.stack([across, up, 0.1 * np.sin(9.0 * across)], axis=1)
     start = (np.arange(299)[:, None] * 300 + np.arange(299)).flatten()[:, None]
     faces = np.concatenate([start + np.array(corners) for corners in ([0, 1, 301], [0, 301, 300])])
-    shape = Shape("b", 1, "mesh", (), np.eye(4), None, vertices, faces)
+    shape = Shape("b", 1, "mesh", np.eye(4), None, (vertices, faces))
     few, note = few_enough([shape], 1.0)
-    assert note == f"meshes are drawn with {len(few[0].faces)} of their {len(faces)} triangles"
-    assert len(few[0].faces) < 100_000 < len(faces)
+    assert note == f"meshes are drawn with {len(few[0].surface[1])} of their {len(faces)} triangles"
+    assert len(few[0].surface[1]) < 100_000 < len(faces)
     np.testing.assert_allclose(few[0].corners(), shape.corners(), atol=0.02)
     few, note = few_enough([shape], 1e-6)
-    assert few[0].faces is faces and note == ""  # They would be unknowable.
-    small = Shape("b", 1, "mesh", (), np.eye(4), None, vertices, faces[:9])
+    assert few[0].surface[1] is faces and note == ""  # They would be unknowable.
+    small = Shape("b", 1, "mesh", np.eye(4), None, (vertices, faces[:9]))
     assert few_enough([small], 1.0) == ([small], "")
 
 

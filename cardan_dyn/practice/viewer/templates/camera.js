@@ -1,7 +1,7 @@
 // The camera: it goes around a target, with z upwards, and is drawn only when something changed.
 
-const canvas = document.getElementById("canvas");
-const view = document.getElementById("view");
+const canvas = byId("canvas");
+const view = byId("view");
 // Edges are smoothed by drawing more pixels than the window has: unlike by the means of WebGL, that
 // can be left out while something moves, where it would halve the rate of frames without a GPU.
 const renderer = new THREE.WebGLRenderer({
@@ -22,7 +22,7 @@ let drawnWith = 0, isTooSlow = false;
 const orbit = { target: new THREE.Vector3(), distance: 1, azimuth: 0, elevation: 0 };
 let touched = false, wanted = false, lastTime = 0;
 
-const frames = { count: 0, cost: 0 };
+const frames = { count: 0 };
 function request() {
   if (!wanted) {
     wanted = true;
@@ -33,7 +33,6 @@ function request() {
 let rest = 0;
 function frame(time) {
   wanted = false;
-  const start = performance.now();
   setSharpness(Math.min(motionSharpness, fine()));
   useCoarse(isTooSlow);
   clearTimeout(rest);
@@ -45,7 +44,6 @@ function frame(time) {
   lastTime = time;
   drawNow();
   frames.count += 1;
-  frames.cost += performance.now() - start;
   if (playing && onScreen) request();
 }
 
@@ -91,18 +89,24 @@ const tangent = Math.tan(OPENING * Math.PI / 360);
 function project(lens) {
   camera = lens;
   camera.add(...lights);
-  document.getElementById("lens").setAttribute("aria-pressed", String(camera === parallel));
+  byId("lens").setAttribute("aria-pressed", String(camera === parallel));
 }
 
+function towardsEye() {
+  const { azimuth, elevation } = orbit, flat = Math.cos(elevation);
+  return new THREE.Vector3(flat * Math.cos(azimuth), flat * Math.sin(azimuth), Math.sin(elevation));
+}
+
+// To the right and upwards, in the picture.
+const axesOfView = () => [0, 1].map(
+  (column) => new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, column));
+
 function placeCamera() {
-  const { azimuth, elevation, distance, target } = orbit;
+  const { distance, target } = orbit;
   const high = tangent * distance, wide = high * size.width / size.height;
   perspective.aspect = size.width / size.height;
   Object.assign(parallel, { left: -wide, right: wide, top: high, bottom: -high });
-  camera.position.set(
-    Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth),
-    Math.sin(elevation),
-  ).multiplyScalar(distance).add(target);
+  camera.position.copy(towardsEye()).multiplyScalar(distance).add(target);
   camera.near = distance / 200 - (camera === parallel ? 50 * radius : 0);
   camera.far = distance * 50;
   camera.lookAt(target);
@@ -136,15 +140,12 @@ function lookFrom(direction, lens) {
 
 // Moves the camera so far back that all points lie in the window, with a margin for the names.
 function fit() {
-  const { azimuth, elevation } = orbit;
-  const back = new THREE.Vector3(
-    Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth),
-    Math.sin(elevation));
-  const right = new THREE.Vector3(-Math.sin(azimuth), Math.cos(azimuth), 0);
+  const back = towardsEye();
+  const right = new THREE.Vector3(-Math.sin(orbit.azimuth), Math.cos(orbit.azimuth), 0);
   const up = back.clone().cross(right);
   const points = data.points.map((at) => new THREE.Vector3(...at));
   // What buttons and scales cover is left free.
-  const top = 44, bottom = document.getElementById("transport").offsetHeight + 10;
+  const top = 44, bottom = byId("transport").offsetHeight + 10;
   const high = Math.max(size.height - top - bottom, 60);
   const slopes = [
     tangent * 0.9 * size.width / size.height, tangent * 0.94 * high / size.height];
@@ -175,8 +176,8 @@ function resize() {
   size.height = Math.max(view.clientHeight, 1);
   drawnWith = 0;
   setSharpness(Math.min(motionSharpness, fine()));
-  const covered = document.getElementById("transport").offsetHeight;
-  document.getElementById("scales").style.bottom = `${covered + 6}px`;
+  const covered = byId("transport").offsetHeight;
+  byId("scales").style.bottom = `${covered + 6}px`;
   if (touched) placeCamera(); else fit();
   drawNow();
 }
@@ -195,9 +196,7 @@ function turnBy(dx, dy) {
 }
 function shiftBy(dx, dy) {
   touched = true;
-  const scale = 1 / pixelsPerMetre();
-  const right = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
-  const up = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
+  const scale = 1 / pixelsPerMetre(), [right, up] = axesOfView();
   orbit.target.addScaledVector(right, -dx * scale).addScaledVector(up, dy * scale);
   placeCamera();
 }
@@ -261,21 +260,20 @@ const scaleRows = [
 ].map((row) => {
   const line = draw("svg", { width: 10, height: 10 }), text = make("span");
   const element = make("div", {}, line, text);
-  document.getElementById("scales").append(element);
+  byId("scales").append(element);
   return { ...row, line, label: text, element };
 });
 function drawScales() {
   const widest = Math.min(120, 0.28 * size.width), scale = pixelsPerMetre();
   for (const row of scaleRows) {
     const value = roundStep(widest / scale * row.perMetre);
-    const long = value / row.perMetre * scale, color = legible("#222222", INK);
+    const long = value / row.perMetre * scale;
     row.line.setAttribute("width", long.toFixed(1));
     row.line.replaceChildren();
-    const stroke = { stroke: color, "stroke-width": 2, fill: "none" };
     const path = row.arrow
       ? `M0 5H${long}M${long - 6} 1.5L${long} 5L${long - 6} 8.5`
       : `M1 1V9M1 5H${long - 1}M${long - 1} 1V9`;
-    draw("path", { d: path, ...stroke }, row.line);
+    draw("path", { d: path }, row.line);
     row.label.textContent = row.text(value);
     obstacles = null;
     row.element.hidden = row.arrow && !(row.kind === "force" ? shown.forces
@@ -285,20 +283,18 @@ function drawScales() {
 
 // Where the axes of the world point.
 const triadLines = ["x", "y", "z"].map((name, index) => {
-  const parent = document.getElementById("triad");
+  const parent = byId("triad");
   const color = ["#c62828", "#2e7d32", "#1565c0"][index];
-  const line = draw("line", { x1: 0, y1: 0 }, parent), text = draw("text", {}, parent);
+  const line = ink(draw("line", { x1: 0, y1: 0 }, parent), color), text = draw("text", {}, parent);
   text.textContent = name;
-  return { line, text, color, axis: new THREE.Vector3().setComponent(index, 1) };
+  return { line, text, axis: new THREE.Vector3().setComponent(index, 1) };
 });
 function drawTriad() {
-  const right = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
-  const up = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
-  for (const { line, text, color, axis } of triadLines) {
+  const [right, up] = axesOfView();
+  for (const { line, text, axis } of triadLines) {
     const x = 20 * axis.dot(right), y = -20 * axis.dot(up);
     line.setAttribute("x2", x.toFixed(1));
     line.setAttribute("y2", y.toFixed(1));
-    line.setAttribute("stroke", legible(color, INK));
     const far = Math.hypot(x, y) || 1, beyond = (Math.max(far, 6) + 8) / far;
     text.setAttribute("x", (x * beyond).toFixed(1));
     text.setAttribute("y", (y * beyond + 4).toFixed(1));

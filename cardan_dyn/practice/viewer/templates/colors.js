@@ -20,10 +20,10 @@ function contrast(first, second) {
 
 // The colour, moved to white or black as far as it takes to stand out from the background.
 const known = new Map();
-function legible(css, ratio) {
-  const key = `${css} ${ratio} ${theme}`;
+function legible(css, ratio, name = theme) {
+  const key = `${css} ${ratio} ${name}`;
   if (!known.has(key)) {
-    const ground = channels(BACKGROUNDS[theme]), aim = theme === "dark" ? 1 : 0;
+    const ground = channels(BACKGROUNDS[name]), aim = name === "dark" ? 1 : 0;
     let rgb = channels(css);
     for (let step = 0; step < 40 && contrast(rgb, ground) < ratio; step++) {
       rgb = rgb.map((value) => value + 0.06 * (aim - value));
@@ -35,3 +35,12 @@ function legible(css, ratio) {
 }
 
 const TEXT = 4.7, INK = 3.2, BODY = 1.35, GLASS = 2.2;
+
+// Gives an element its colour in the light and in the dark, of which the style sheet takes one.
+function ink(element, css, ratio = INK) {
+  for (const name of Object.keys(BACKGROUNDS)) {
+    element.style.setProperty(`--${name}`, legible(css, ratio, name));
+  }
+  element.classList.add("inked");
+  return element;
+}

@@ -1,9 +1,10 @@
 // The data of the page: what Python wrote, and numbers as people read them.
 
-const data = JSON.parse(document.getElementById("data").textContent);
+const byId = (id) => document.getElementById(id);
+const data = JSON.parse(byId("data").textContent);
 
 const bytes = (() => {
-  const text = atob(document.getElementById("arrays").textContent);
+  const text = atob(byId("arrays").textContent);
   const result = new Uint8Array(text.length);
   for (let index = 0; index < text.length; index++) result[index] = text.charCodeAt(index);
   return result.buffer;
@@ -15,9 +16,8 @@ function array([at, count, kind]) {
   return new KINDS[kind](bytes, at, count);
 }
 
-const told = data.told || {
-  sign: "", mode: "", course: {}, state: [], joints: [], links: [], duration: 8,
-};
+const { told } = data;
+for (const row of told.state) row.values = row.values ? array(row.values) : [row.value];
 const course = {
   name: told.course.name,
   unit: told.course.unit,
@@ -38,8 +38,9 @@ function placeOf(values, value) {
   return step ? Math.min(Math.max(low + (value - values[low]) / step, low), high) : low;
 }
 
-// The value at such a place.
+// The value at such a place; one alone is everywhere.
 function valueAt(values, place) {
+  if (values.length === 1) return values[0];
   const low = Math.min(Math.floor(place), values.length - 1), share = place - low;
   return share ? values[low] * (1 - share) + values[low + 1] * share : values[low];
 }
@@ -51,11 +52,6 @@ function extent(values) {
     if (value > most) most = value;
   }
   return least <= most ? [least, most] : [0, 0];
-}
-
-// Decimals with which values up to a greatest one have about four digits.
-function decimalsOf(greatest) {
-  return greatest > 0 ? Math.min(Math.max(3 - Math.floor(Math.log10(greatest)), 0), 9) : 0;
 }
 
 // A number with so many decimals; a true minus sign, and none before zero.
@@ -76,11 +72,20 @@ function rounded(value) {
 // By what numbers up to a size are divided to be short, and the unit of what comes out: kN, mm.
 const PREFIXES = { "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T" };
 function prefixOf(size, unit) {
-  if (!["N·m", "N", "m", "m/s"].includes(unit) || !(size > 0)) return { scale: 1, unit };
+  if (!["N·m", "N", "m", "m/s", "s"].includes(unit) || !(size > 0)) return { scale: 1, unit };
   const digits = Math.floor(Math.log10(Number(size.toPrecision(4))));
   const power = digits === -1 && !unit.startsWith("m") ? 0 : 3 * Math.floor(digits / 3);
   const within = Math.min(Math.max(power, -12), 12);
   return { scale: 10 ** within, unit: PREFIXES[within] + unit };
+}
+
+// How numbers up to a greatest one are told: divided, with decimals for about so many digits.
+function toldUpTo(greatest, given, digits = 4) {
+  const { scale, unit } = prefixOf(greatest, given);
+  const decimals = greatest > 0
+    ? Math.min(Math.max(digits - 1 - Math.floor(Math.log10(greatest / scale)), 0), 9) : 0;
+  const text = (value) => written(value / scale, decimals);
+  return { scale, unit, text, full: (value) => withUnit(text(value), unit) };
 }
 
 // "12.3 N·m", "12.3°": no space before a degree sign.

@@ -1,15 +1,6 @@
 // Graphs: what the chosen joint carries over the course, with a cursor at what the scene shows.
 
-const STYLES = {
-  torsion: { color: "#c2185b", dash: "", means: "along the axis" },
-  bending: { color: "#1b7f3b", dash: "7 3", means: "across the axis" },
-  moment: { color: "#222222", dash: "", means: "size" },
-  force: { color: "#5e35b1", dash: "", means: "size" },
-  axial: { color: "#00838f", dash: "8 3", means: "along the axis" },
-  shear: { color: "#b35900", dash: "3 3", means: "across the axis" },
-  drive: { color: "#1257b3", dash: "10 3 2 3", means: "effort of the drive" },
-  holding: { color: "#6d4c41", dash: "10 3 2 3", means: "effort that holds it" },
-};
+const DASHES = ["none", "7 3", "3 3", "10 3 2 3"];
 const HIGH = 118, LEFT = 46, RIGHT = 8, TOP = 8, BOTTOM = 20, MOST_POINTS = 500;
 let graphs = [], rows = [];
 
@@ -31,19 +22,19 @@ function ticks(low, high, about, unit) {
 }
 
 function drawGraphs(joint) {
-  const host = document.getElementById("graphs");
+  const host = byId("graphs");
   host.replaceChildren();
   graphs = [];
   rows = [];
   if (!joint) return;
   const series = joint.series.map((item) => {
     const values = array(item.values), [least, most] = extent(values);
-    return { ...item, values, least, most, ...STYLES[item.name] };
+    return { ...item, values, least, most, greatest: Math.max(-least, most) };
   });
   for (const unit of ["N·m", "N"]) {
-    const drawn = merged(series.filter((item) => item.unit === unit && (item.least || item.most)));
+    const drawn = merged(series.filter((item) => item.unit === unit && item.greatest));
     if (!drawn.length) continue;
-    const told = prefixOf(Math.max(...drawn.map((item) => Math.max(-item.least, item.most))), unit);
+    const told = toldUpTo(Math.max(...drawn.map((item) => item.greatest)), unit);
     if (course.values) host.append(graphOf(joint, told, drawn));
     host.append(tableOf(unit, told, drawn));
   }
@@ -57,9 +48,8 @@ function drawGraphs(joint) {
 function merged(series) {
   const kept = [];
   for (const item of series) {
-    const greatest = Math.max(-item.least, item.most);
-    const same = kept.find(({ values }) =>
-      values.every((value, index) => !(Math.abs(value - item.values[index]) > 1e-5 * greatest)));
+    const same = kept.find(({ values }) => values.every(
+      (value, index) => !(Math.abs(value - item.values[index]) > 1e-5 * item.greatest)));
     if (same) same.others.push(item); else kept.push({ ...item, others: [] });
   }
   return kept;
@@ -70,7 +60,7 @@ function nameOf(item) {
 }
 
 function graphOf(joint, { scale, unit }, drawn) {
-  const wide = Math.max(host().clientWidth, 200), floor = HIGH - BOTTOM;
+  const wide = Math.max(byId("graphs").clientWidth, 200), floor = HIGH - BOTTOM;
   const low = Math.min(0, ...drawn.map((item) => item.least));
   const high = Math.max(0, ...drawn.map((item) => item.most));
   const [first, last] = extent(course.values);
@@ -92,13 +82,13 @@ function graphOf(joint, { scale, unit }, drawn) {
     draw("text", { x: anchor === "end" ? wide - 2 : x(value), y: HIGH - 6, "text-anchor": anchor },
       svg).textContent = withUnit(text, unit);
   });
-  const curves = drawn.map((item) => {
-    const stroke = { d: curveOf(item.values, x, y) };
-    if (item.dash) stroke["stroke-dasharray"] = item.dash;
-    return { item, path: draw("path", stroke, svg) };
+  drawn.forEach((item, index) => {
+    const dashes = DASHES[index % DASHES.length], d = curveOf(item.values, x, y);
+    ink(draw("path", { class: "curve", d, "stroke-dasharray": dashes }, svg), item.color);
   });
   const cursor = draw("line", { class: "cursor", y1: TOP, y2: floor }, svg);
-  const dots = curves.map(({ item }) => ({ item, dot: draw("circle", { r: 3.2 }, svg) }));
+  const dots = drawn.map((item) => (
+    { item, dot: ink(draw("circle", { r: 3.2 }, svg), item.color) }));
   const seek = (event) => {
     const box = svg.getBoundingClientRect();
     const share = ((event.clientX - box.left) * wide / box.width - LEFT) / (wide - LEFT - RIGHT);
@@ -112,12 +102,8 @@ function graphOf(joint, { scale, unit }, drawn) {
   svg.addEventListener("pointermove", (event) => {
     if (event.buttons & 1) seek(event);
   });
-  graphs.push({ curves, cursor, dots, x, y });
+  graphs.push({ cursor, dots, x, y });
   return svg;
-}
-
-function host() {
-  return document.getElementById("graphs");
 }
 
 // The least and the greatest value of each stretch, so that no peak is lost.
@@ -142,15 +128,12 @@ function curveOf(values, x, y) {
 
 function tableOf(unit, told, drawn) {
   const body = make("tbody");
-  const greatest = Math.max(...drawn.map((item) => Math.max(-item.least, item.most)));
-  const decimals = decimalsOf(greatest / told.scale);
   for (const item of drawn) {
-    const value = make("td"), swatch = make("i", { className: "swatch" });
+    const value = make("td"), swatch = ink(make("i", { className: "swatch" }), item.color);
     const name = make("th", { scope: "row", title: item.means }, swatch, nameOf(item));
-    const [least, most] = [item.least, item.most].map((end) => written(end / told.scale, decimals));
-    const range = `${least} … ${most}`;
+    const range = `${told.text(item.least)} … ${told.text(item.most)}`;
     body.append(make("tr", {}, name, value, make("td", {}, course.values ? range : "")));
-    rows.push({ item, value, swatch, decimals, scale: told.scale });
+    rows.push({ item, value, told });
   }
   const head = make("tr", {}, make("th", { scope: "col" }, unit === "N" ? "Force" : "Moment"),
     make("th", { scope: "col" }, told.unit), make("th", { scope: "col" }, course.values ? "range" : ""));
@@ -171,15 +154,7 @@ function moveCursors() {
       }
     }
   }
-  for (const { item, value, decimals, scale } of rows) {
-    value.textContent = written(valueAt(item.values, place) / scale, decimals);
+  for (const { item, value, told } of rows) {
+    value.textContent = told.text(valueAt(item.values, place));
   }
-}
-
-function recolorGraphs() {
-  for (const { curves, dots } of graphs) {
-    for (const { item, path } of curves) path.setAttribute("stroke", legible(item.color, INK));
-    for (const { item, dot } of dots) dot.setAttribute("fill", legible(item.color, INK));
-  }
-  for (const { item, swatch } of rows) swatch.style.background = legible(item.color, INK);
 }

@@ -2,15 +2,15 @@
 
 const PLAIN = "#333333";     // the colour of names, which is that of all text
 const LABEL_HEIGHT = 18, PADDING = 3, APART = 2;
-const labelHost = document.getElementById("labels"), leaderHost = document.getElementById("leaders");
+const labelHost = byId("labels"), leaderHost = byId("leaders");
 const labels = [];
 const pen = document.createElement("canvas").getContext("2d");
 const widths = new Map();
 
 function widthOf(text) {
-  const key = `${size.width < 600 ? 12 : 13} ${text}`;
+  const font = `600 ${size.width < 600 ? 12 : 13}px system-ui, sans-serif`, key = font + text;
   if (!widths.has(key)) {
-    pen.font = `600 ${size.width < 600 ? 12 : 13}px system-ui, sans-serif`;
+    pen.font = font;
     // Digits stand as wide as each other in the page, and may not in the measure.
     if (widths.size > 4000) widths.clear();
     widths.set(key, Math.ceil(pen.measureText(text.replace(/[0-9]/g, "0")).width) + 2 * PADDING + 1);
@@ -22,8 +22,9 @@ function addLabel(item) {
   const element = make("div"), line = draw("line", {}, leaderHost);
   element.hidden = true;
   line.style.display = "none";
+  if (item.color !== PLAIN) ink(element, item.color, TEXT);
   labelHost.append(element);
-  labels.push({ ...item, element, line, seen: false, box: null, last: 0, at: new THREE.Vector3() });
+  labels.push({ ...item, element, line, seen: false, box: null, last: 0 });
 }
 
 for (const { path, text, color } of data.scene.labels) {
@@ -36,40 +37,25 @@ for (const joint of told.joints) {
   for (const { unit, values } of joint.series) {
     whole[unit] = Math.max(whole[unit] || 0, ...extent(array(values)).map(Math.abs));
   }
+  const named = new Map(joint.series.map((item) => [item.name, item]));
   for (const root of ["torsion", "bending", "force", "axial", "shear"]) {
-    const arrow = nodes.get(`/${root}/${joint.node}`);
-    const series = joint.series.find((item) => item.name === root)
-      || (root === "bending" && joint.series.find((item) => item.name === "moment"));
-    const legend = data.legend.find((item) => item.part === root);
-    if (arrow && series && legend) {
-      const values = array(series.values), [least, most] = extent(values);
-      const greatest = Math.max(-least, most);
-      if (!greatest) continue;
-      addLabel({
-        joint, node: arrow, kind: "number", color: legend.color, root,
-        values, ...toldUpTo(greatest, series.unit), unique: series.unique,
-        least: 0.004 * whole[series.unit],
-      });
-    }
+    const series = named.get(root) || (root === "bending" && named.get("moment"));
+    if (!series) continue;
+    addNumber(`/${root}/${joint.node}`, array(series.values), series.unit, {
+      joint, kind: "number", root, moment: series.unit !== "N", unique: series.unique,
+      least: 0.004 * whole[series.unit],
+    });
   }
 }
 for (const row of loads) {
-  const arrow = nodes.get(`/loads/${row.node}`);
-  const legend = data.legend.find((item) => item.part === "loads");
-  if (!arrow || !legend) continue;
-  const values = row.values ? array(row.values) : null;
-  const [least, most] = values ? extent(values) : [row.value, row.value];
-  addLabel({
-    joint: jointNamed(row.joint), node: arrow, kind: "load",
-    color: legend.color, values, value: row.value, unique: true,
-    ...toldUpTo(Math.max(-least, most), row.unit), least: 0,
-  });
+  const joint = jointNamed(row.joint);
+  addNumber(`/loads/${row.node}`, row.values, row.unit, { joint, kind: "load", unique: true, least: 0 });
 }
-
-// How numbers up to a greatest one are told beside arrows.
-function toldUpTo(greatest, unit) {
-  const told = prefixOf(greatest, unit);
-  return { ...told, decimals: Math.max(decimalsOf(greatest / told.scale) - 1, 0) };
+function addNumber(path, values, unit, more) {
+  const arrow = nodes.get(path), greatest = Math.max(...extent(values).map(Math.abs));
+  if (!arrow || !greatest) return;
+  const color = arrow.children[0].material.userData.css;
+  addLabel({ node: arrow, color, values, told: toldUpTo(greatest, unit, 3), ...more });
 }
 
 // Boxes of the window in which no label may be: buttons and scales.
@@ -77,7 +63,7 @@ let obstacles = null;
 function measureObstacles() {
   const frame = view.getBoundingClientRect();
   obstacles = ["views", "triad", "scales", "transport"].map((id) => {
-    const box = document.getElementById(id).getBoundingClientRect();
+    const box = byId(id).getBoundingClientRect();
     return [box.left - frame.left, box.top - frame.top, box.right - frame.left,
       box.bottom - frame.top];
   });
@@ -121,7 +107,7 @@ function anchorOf(label) {
 
 // Greater ones are placed first; the others make room, or are left out.
 function rank(label) {
-  const chosen = label.joint && choice.joint === label.joint.name ? 100 : 0;
+  const chosen = label.joint && choice.joint === label.joint ? 100 : 0;
   return chosen + { load: 40, name: 30, number: 20 }[label.kind]
     + (label.joint && bearings.has(label.joint.name) ? 5 : 0);
 }
@@ -130,14 +116,14 @@ function isWanted(label) {
   if (label.kind === "name") return shown.names && (!label.joint || isShown(label.joint));
   if (label.kind === "load") return shown.loads && shown.numbers;
   if (!isShown(label.joint) || Math.abs(label.now) < label.least) return false;
-  const chosen = choice.joint === label.joint.name;
+  const chosen = choice.joint === label.joint;
   if (!(chosen || shown.numbers)) return false;
-  return label.unit.endsWith("m") ? shown.moments : shown.forces;
+  return label.moment ? shown.moments : shown.forces;
 }
 
 function textOf(label) {
   if (label.kind === "name") return label.text;
-  const text = withUnit(written(label.now / label.scale, label.decimals), label.unit);
+  const text = label.told.full(label.now);
   // Where there is room, words say what colours do.
   const said = label.kind === "load" ? `load ${text}` : size.width < 600 ? text : `${label.root} ${text}`;
   return label.unique ? said : `${said} *`;
@@ -147,7 +133,7 @@ function layoutLabels() {
   if (!obstacles) measureObstacles();
   const taken = obstacles.slice(), narrow = size.width < 600;
   for (const label of labels) {
-    if (label.kind !== "name") label.now = label.values ? valueAt(label.values, place) : label.value;
+    if (label.kind !== "name") label.now = valueAt(label.values, place);
   }
   const order = labels.filter(isWanted).sort((a, b) => rank(b) - rank(a));
   const placed = new Set();
@@ -187,11 +173,9 @@ function layoutLabels() {
 
 function show(label, text, width, box, anchor) {
   const { element, line } = label;
-  const color = label.color === PLAIN ? "var(--text)" : legible(label.color, TEXT);
   if (label.written !== text) element.textContent = label.written = text;
-  if (label.inked !== color) element.style.color = label.inked = color;
   if (label.wide !== width) element.style.width = `${label.wide = width}px`;
-  const chosen = Boolean(label.joint && choice.joint === label.joint.name && label.kind === "name");
+  const chosen = Boolean(label.joint && choice.joint === label.joint && label.kind === "name");
   if (label.marked !== chosen) element.classList.toggle("chosen", label.marked = chosen);
   element.style.transform = `translate(${box[0]}px, ${box[1]}px)`;
   if (!label.seen) element.hidden = false;

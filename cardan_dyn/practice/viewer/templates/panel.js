@@ -1,6 +1,5 @@
 // The panel: what moves, how fast, what is chosen and what is shown; keys and the pointer.
 
-const byId = (id) => document.getElementById(id);
 const slider = byId("slider"), output = byId("at"), playButton = byId("play");
 let place = 0;              // among the samples, with fractions
 let playing = false;
@@ -8,63 +7,45 @@ let speed = 1;              // of the duration that Python chose
 const backwards = course.values && course.values[count - 1] < course.values[0];
 
 // The state of the mechanism, in words.
-const WORDS = { drive: "Drive", free: "Free", speed: "Speed", load: "Load", held: "Held",
-  swing: "Swing", gravity: "Gravity" };
 const MOST_DRIVES = 4;
 let drivesTold = 0;
 const stateRows = told.state.map((row) => {
-  const values = row.values ? array(row.values) : null;
-  const [least, most] = values ? extent(values) : [row.value, row.value];
-  const text = make("dd");
+  const { values } = row, text = make("dd"), word = row.kind[0].toUpperCase() + row.kind.slice(1);
   // Of many drives the first ones are told at once, and the others if someone asks.
   const late = row.kind === "drive" && ++drivesTold > MOST_DRIVES;
-  byId(late ? "more-state" : "state").append(make("dt", {}, WORDS[row.kind]), text);
-  const inTurns = row.unit === "rad/s" ? { unit: "1/min", factor: 30 / Math.PI } : { factor: 1 };
-  const own = { ...row, values, text, ...inTurns };
-  const greatest = Math.max(-least, most) * own.factor, told = prefixOf(greatest, own.unit);
-  const decimals = Math.max(decimalsOf(greatest / told.scale) - 1, 0);
-  return { ...own, unit: told.unit, factor: own.factor / told.scale, decimals };
+  byId(late ? "more-state" : "state").append(make("dt", {}, word), text);
+  const [unit, factor] = row.unit === "rad/s" ? ["1/min", 30 / Math.PI] : [row.unit, 1];
+  const upTo = toldUpTo(factor * Math.max(...extent(values).map(Math.abs)), unit, 3);
+  const name = row.kind === "speed" ? "" : row.name, moves = values.length > 1;
+  const full = moves ? upTo.full : (value) => measured(value, unit);
+  return { values, text, moves, told: (value) => `${name} ${full(value * factor)}`.trim() };
 });
 if (drivesTold > MOST_DRIVES) {
   byId("more").hidden = false;
   byId("more-title").textContent = `${drivesTold - MOST_DRIVES} more drives`;
 }
-function stateText(row, value) {
-  const shown = value * row.factor;
-  const text = withUnit(row.values ? written(shown, row.decimals) : rounded(shown), row.unit);
-  return row.name && row.kind !== "speed" ? `${row.name} ${text}` : text;
-}
 function tellState(all) {
   for (const row of stateRows) {
-    if (row.values) row.text.textContent = stateText(row, valueAt(row.values, place));
-    else if (all) row.text.textContent = stateText(row, row.value);
+    if (row.moves || all) row.text.textContent = row.told(valueAt(row.values, place));
   }
 }
 
 // Where the course is.
 const courseRange = course.values ? extent(course.values) : [0, 1];
-const courseDecimals = course.values
-  ? Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(courseRange[1] - courseRange[0])))) : 0;
+const along = toldUpTo(courseRange[1] - courseRange[0], course.unit, 3);
 const seconds = course.seconds && course.name !== "time" ? course.seconds : null;
-function courseText() {
-  return withUnit(written(valueAt(course.values, place), courseDecimals), course.unit);
-}
-function secondsText(value, whole) {
-  return whole < 0.1 ? `${written(1000 * value, decimalsOf(1000 * whole) - 1)} ms`
-    : `${written(value, decimalsOf(whole) - 1)} s`;
-}
+const passing = seconds && toldUpTo(seconds[count - 1], "s", 3);
 let toldAt = "";
 function tellPlace() {
   if (!course.values) return;
-  const value = valueAt(course.values, place), text = courseText();
+  const value = valueAt(course.values, place), text = along.full(value);
   slider.value = backwards ? -value : value;
   if (toldAt !== text) {
     toldAt = text;
     slider.setAttribute("aria-valuetext", `${course.name} ${text}`);
     output.replaceChildren(make("small", {}, course.name), " ", text);
     if (seconds) {
-      const now = secondsText(valueAt(seconds, place), seconds[count - 1]);
-      output.append(" ", make("small", {}, now));
+      output.append(" ", make("small", {}, passing.full(valueAt(seconds, place))));
     }
   }
   tellState(false);
@@ -91,31 +72,21 @@ function step(passed) {
   tellPlace();
 }
 
-function play() {
-  if (!course.values || playing) return;
-  playing = true;
+function setPlaying(wished) {
+  if (!course.values || playing === wished) return;
+  playing = wished;
   lastTime = performance.now();
-  showPlaying();
-  request();
-}
-function pause() {
-  if (!playing) return;
-  playing = false;
-  showPlaying();
-  request();
-}
-function showPlaying() {
   playButton.textContent = playing ? "❚❚" : "▶";
   playButton.setAttribute("aria-label", playing ? "Pause" : "Play");
+  request();
 }
+const play = () => setPlaying(true), pause = () => setPlaying(false);
 
 function fillSpeeds() {
   const select = byId("speed"), whole = course.seconds ? course.seconds[count - 1] : 0;
   const real = whole ? told.duration / whole : 0;     // how fast real time is
-  const options = [0.125, 0.25, 0.5, 1, 2, 4, 8].map((value) => ({ value }));
-  if (real && !options.some(({ value }) => Math.abs(value - real) < 1e-9)) options.push({ value: real });
-  options.sort((a, b) => a.value - b.value);
-  for (const { value } of options) {
+  const speeds = new Set([0.125, 0.25, 0.5, 1, 2, 4, 8, real || 1]);
+  for (const value of [...speeds].sort((a, b) => a - b)) {
     const share = real ? value / real : 0;
     const text = !real ? `× ${value}` : Math.abs(share - 1) < 1e-9 ? "real time"
       : share < 1 ? `${rounded(1 / share)}× slower` : `${rounded(share)}× faster`;
@@ -131,17 +102,16 @@ function fillList() {
   const list = byId("list");
   for (const [title, items] of [["Joints", told.joints], ["Links", told.links]]) {
     if (!items.length) continue;
-    const group = make("ul", { role: "group" });
-    group.setAttribute("aria-label", title);
+    const group = make("ul", { role: "group", "aria-label": title });
     for (const item of items) {
       const joint = title === "Joints";
-      const option = make("li", { role: "option", id: `option-${options.length}` }, item.name);
-      option.setAttribute("aria-selected", "false");
+      const id = `option-${options.length}`;
+      const option = make("li", { role: "option", id, "aria-selected": "false" }, item.name);
       const star = joint && item.series.some((series) => !series.unique) ? " *" : "";
       option.append(make("span", {}, joint ? `${item.type}${star}` : "link"));
       const chosen = joint ? { joint: item } : { link: item };
       option.addEventListener("click", () => select(chosen));
-      options.push({ option, name: item.name, joint, chosen });
+      options.push({ option, chosen });
       group.append(option);
     }
     list.append(make("li", { role: "presentation" }, group));
@@ -157,11 +127,9 @@ function fillList() {
 }
 
 function select({ joint = null, link = null } = {}) {
-  choice.joint = joint ? joint.name : null;
-  choice.link = link;
+  Object.assign(choice, { joint, link });
   for (const item of options) {
-    const chosen = joint ? item.joint && item.name === joint.name
-      : Boolean(link) && !item.joint && item.name === link.name;
+    const chosen = [joint, link].includes(item.chosen.joint || item.chosen.link);
     item.option.setAttribute("aria-selected", String(chosen));
     if (chosen) {
       byId("list").setAttribute("aria-activedescendant", item.option.id);
@@ -208,20 +176,17 @@ function tellChoice(joint, link) {
     details.append(make("p", {}, "Click on a joint or a link, or choose one in the list."));
   }
   drawGraphs(joint);
-  recolorGraphs();
   byId("told").textContent = joint || link ? `${(joint || link).name} selected` : "";
 }
 
 // What is shown.
-const swatches = [];
 function fillParts() {
   for (const [name, roots, title] of PARTS) {
     const box = make("input", { type: "checkbox", checked: shown[name] });
     box.dataset.part = name;
     const text = make("span", {}, title);
     for (const item of data.legend.filter(({ part }) => roots.includes(part))) {
-      const swatch = make("i", { className: "swatch" });
-      swatches.push({ swatch, color: item.color });
+      const swatch = ink(make("i", { className: "swatch" }), item.color);
       text.append(make("small", {}, swatch, item.text));
     }
     box.addEventListener("change", () => {
@@ -258,10 +223,6 @@ function setTheme(name) {
   byId("theme").setAttribute("aria-pressed", String(name === "dark"));
   recolor();
   glow();
-  for (const { swatch, color } of swatches) swatch.style.background = legible(color, INK);
-  recolorGraphs();
-  drawScales();
-  drawTriad();
   request();
 }
 let chosenTheme = keptTheme();
@@ -277,25 +238,21 @@ byId("fold").addEventListener("click", () => {
   const folded = document.body.classList.toggle("folded");
   byId("fold").setAttribute("aria-expanded", String(!folded));
   resize();
-  if (!folded) select(chosenNow());
+  if (!folded) select(choice);
 });
-function chosenNow() {
-  return { joint: jointNamed(choice.joint), link: choice.link };
-}
 
 function lookAt(name) {
   if (name === "fit") fit(); else lookFrom(VIEWS[name], parallel);
 }
-byId("lens").addEventListener("click", () => changeLens());
-function changeLens() {
+byId("lens").addEventListener("click", () => {
   project(camera === parallel ? perspective : parallel);
   placeCamera();
-}
+});
 for (const button of document.querySelectorAll("#views [data-view]")) {
   button.addEventListener("click", () => lookAt(button.dataset.view));
 }
 
-playButton.addEventListener("click", () => (playing ? pause() : play()));
+playButton.addEventListener("click", () => setPlaying(!playing));
 slider.addEventListener("input", () => {
   pause();
   const value = Number(slider.value);
@@ -315,20 +272,20 @@ function stepBy(steps) {
 
 function nextJoint(by) {
   if (!told.joints.length) return;
-  const at = told.joints.findIndex((item) => item.name === choice.joint);
+  const at = told.joints.indexOf(choice.joint);
   const to = at < 0 ? (by > 0 ? 0 : told.joints.length - 1) : at + by + told.joints.length;
   select({ joint: told.joints[to % told.joints.length] });
 }
 
 const KEYS = {
-  " ": () => (playing ? pause() : play()),
   ArrowRight: (many) => stepBy(many), ArrowLeft: (many) => stepBy(-many),
   Home: () => { pause(); goTo(0); }, End: () => { pause(); goTo(count - 1); },
-  1: () => lookAt("front"), 2: () => lookAt("side"), 3: () => lookAt("top"),
-  4: () => lookAt("isometric"), 5: changeLens, 0: () => fit(),
   "+": () => zoomBy(0.85), "=": () => zoomBy(0.85), "-": () => zoomBy(1 / 0.85),
   n: () => nextJoint(1), p: () => nextJoint(-1), Escape: () => select(),
 };
+for (const button of document.querySelectorAll("[data-key]")) {
+  KEYS[button.dataset.key] = () => button.click();
+}
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const own = event.target.closest("button, select, input[type=checkbox], summary");
@@ -358,7 +315,6 @@ function start() {
     for (const id of ["play", "slider", "at", "pace"]) byId(id).hidden = true;
   }
   if (!told.joints.length) byId("list").closest("section").hidden = byId("chosen").hidden = true;
-  showPlaying();
   tellState(true);
   const first = told.joints.find((item) => bearings.has(item.name) && item.series.length);
   select(first ? { joint: first } : {});

@@ -17,13 +17,10 @@ function node(path) {
   return nodes.get(path);
 }
 
-function geometryOf(shape) {
-  if (shape.kind === "box") return new THREE.BoxGeometry(...shape.size);
-  if (shape.kind === "sphere") return new THREE.SphereGeometry(shape.radius, 20, 14);
-  if (shape.kind === "cylinder") return new THREE.CylinderGeometry(...shape.size, 28);
+function geometryOf([vertices, faces]) {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(array(shape.vertices), 3));
-  geometry.setIndex(new THREE.BufferAttribute(array(shape.faces), 1));
+  geometry.setAttribute("position", new THREE.BufferAttribute(array(vertices), 3));
+  geometry.setIndex(new THREE.BufferAttribute(array(faces), 1));
   geometry.computeVertexNormals();
   return geometry;
 }
@@ -122,22 +119,15 @@ function useCoarse(wished) {
   for (const { mesh, full, light } of coarse) mesh.geometry = wished ? light : full;
 }
 
-const from = new THREE.Quaternion(), to = new THREE.Quaternion();
+const WAYS = { 3: [new THREE.Vector3(), new THREE.Vector3()],
+  4: [new THREE.Quaternion(), new THREE.Quaternion()] };
 function pose(place) {
   const low = Math.min(Math.floor(place), Math.max(count - 2, 0)), share = place - low;
   for (const { tracks } of moving) {
     for (const { target, values, width } of tracks) {
-      const start = low * width, next = share ? start + width : start;
-      if (width === 4) {
-        from.fromArray(values, start);
-        target.copy(share ? from.slerp(to.fromArray(values, next), share) : from);
-      } else {
-        target.set(
-          values[start] + share * (values[next] - values[start]),
-          values[start + 1] + share * (values[next + 1] - values[start + 1]),
-          values[start + 2] + share * (values[next + 2] - values[start + 2]),
-        );
-      }
+      const start = low * width, [from, to] = WAYS[width];
+      target.copy(from.fromArray(values, start));
+      if (share) target[width === 4 ? "slerp" : "lerp"](to.fromArray(values, start + width), share);
     }
   }
 }
@@ -161,7 +151,7 @@ const grid = new THREE.Group();
 world.add(grid);
 const gridStep = roundStep(radius / 3);
 {
-  const size = middle.getSize(new THREE.Vector3()), ends = [];
+  const ends = [];
   const low = middle.min, high = middle.max, floor = low.z - 0.02 * radius;
   const start = (value) => Math.floor(value / gridStep) * gridStep;
   const end = (value) => Math.ceil(value / gridStep) * gridStep;
@@ -171,7 +161,6 @@ const gridStep = roundStep(radius / 3);
   const lines = new THREE.BufferGeometry();
   lines.setAttribute("position", new THREE.Float32BufferAttribute(ends, 3));
   grid.add(new THREE.LineSegments(lines, new THREE.LineBasicMaterial({ transparent: true })));
-  grid.userData.size = size;
 }
 
 function recolor() {
@@ -200,8 +189,7 @@ const PARTS = [
   ["names", [], "Names"],
   ["numbers", [], "Numbers at arrows"],
   ["grid", [], `Grid of ${measured(gridStep, "m")}`],
-].filter(([name, roots]) => ["names", "numbers", "grid"].includes(name)
-  || roots.some((root) => nodes.has("/" + root)));
+].filter(([, roots]) => !roots.length || roots.some((root) => nodes.has("/" + root)));
 const shown = Object.fromEntries(
   PARTS.map(([name]) => [name, !["traces", "grid"].includes(name)]));
 const BY_JOINT = ["torsion", "bending", "force", "axial", "shear", "moment", "traces", "axes"];
@@ -212,7 +200,7 @@ const choice = { where: "bearings", joint: null, link: null };
 
 // Whether the wrench and the name of a joint are shown.
 function isShown(joint) {
-  if (choice.joint === joint.name) return true;
+  if (choice.joint === joint) return true;
   if (choice.link && [joint.parent, joint.child].includes(choice.link.body)) return true;
   if (choice.where === "all") return true;
   return choice.where === "bearings" && (bearings.has(joint.name) || loaded.has(joint.name));

@@ -15,7 +15,7 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 
 from testkit.drawings import check_units_and_files
 
-from cardan_dyn.figures.work_precision import read_records, work_precision
+from benchmarks.work_precision import read_records, work_precision
 
 RECORDS: list[dict[str, Any]] = [
     {

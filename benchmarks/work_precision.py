@@ -10,8 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from ..kit.errors import ArgumentError
-from .style import Axes, Figure, Into, Size, in_look, line_style, point_style, sheet
+from cardan_dyn import ArgumentError
+from cardan_dyn.figures.style import (
+    Axes,
+    Figure,
+    Into,
+    Size,
+    in_look,
+    line_style,
+    point_style,
+    sheet,
+)
 
 FIELDS = ("method", "task", "error", "microseconds")
 """Fields that every record needs; `beta_deg` [deg] is read as well."""

@@ -1,0 +1,66 @@
+"""Panels: axes below each other over one abscissa, with lines and their peaks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ..kit.arrays import Array
+from .peaks import label_peaks
+from .style import Abscissa, Figure, Into, Size, settle, sheet
+
+
+class Panel(NamedTuple):
+    """What one axes shows.
+
+    Attributes:
+        label: of the ordinate.
+        unit: of the values.
+        scale: size beside which they are rounding.
+        curves: names to the indices of their styles and to values `(N,)`.
+    """
+
+    label: str
+    unit: str
+    scale: float
+    curves: Mapping[str, tuple[int, Array]]
+
+
+def stacked(
+    at: Abscissa,
+    panels: Sequence[Panel],
+    *,
+    title: str = "",
+    note: str = "",
+    peaks: bool | None = None,
+    ax: Into = None,
+    figsize: Size | None = None,
+    line: Mapping[str, Any] | None = None,
+) -> Figure:
+    """Draw panels below each other over one abscissa.
+
+    Args:
+        at: the abscissa.
+        panels: what they show.
+        title: of the figure.
+        note: on what is drawn.
+        peaks: see `label_peaks`.
+        ax: see `sheet`.
+        figsize: likewise.
+        line: properties of the lines, for `Axes.plot`.
+
+    Raises:
+        ArgumentError: other axes than are needed.
+    """
+    size = 7.2, 1.4 + 2.6 * len(panels)
+    drawn = sheet(len(panels), size=size, share_x=True, ax=ax, figsize=figsize)
+    first = [drawn.drawn(row) for row in range(len(panels))]
+    drawn.over(at)
+    for row, (label, unit, scale, curves) in enumerate(panels):
+        panel, lines = drawn.panels[row], []
+        for name, (index, values) in curves.items():
+            lines += at.draw(panel, {name: values}, first[row] + index, **(line or {}))
+        panel.set_ylabel(label)
+        settle(panel, scale)
+        label_peaks(panel, lines, unit, at.unit, peaks, scale)
+    return drawn.finish(title, 4, note)
