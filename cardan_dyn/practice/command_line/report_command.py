@@ -11,8 +11,7 @@ from ...core.mechanics.exact import load
 from ...scene.usual_motion import default_scene
 from ..report.case import case_of
 from ..report.grids import stem_of
-from ..report.reporting import Report
-from ..report.side_by_side import Reports
+from ..report.reporting import Report, Reports
 from .options import Written
 from .quantities import assigned, efforts, ends_of, value_of
 from .quantities import positions as positions_of
@@ -78,7 +77,7 @@ def run(
             elements=elements,
             samples=samples,
         )
-        reports.append(Report.of_case(mechanism, case, **head))
+        reports.append(Report(case, **head))
     found: Report | Reports = reports[0] if len(reports) == 1 else Reports(reports)
     click.echo(found)
     click.echo(f"Report: {found.save(file, scene=with_scene)}")

@@ -85,9 +85,7 @@ def by_name(report: Report) -> dict[tuple[str, str], Any]:
 def test_structure_at_rest() -> None:
     """Two rods of 2 kg that lean on each other: 2 mg at each foot's side, mg/2 across the ridge."""
     mechanism = cd.load(ROOF)
-    found = by_name(
-        Report.of_case(mechanism, case_of(mechanism, gravity=(0.0, 0.0, -9.81)), date="2020-01-01")
-    )
+    found = by_name(Report(case_of(mechanism, gravity=(0.0, 0.0, -9.81)), date="2020-01-01"))
     weight = 2.0 * 9.81
     assert found["ridge", "shear"].greatest == pytest.approx(weight / 2.0, rel=1e-12)
     assert found["foot_left", "shear"].least == pytest.approx(weight * np.hypot(1.0, 0.5))
@@ -267,7 +265,7 @@ def test_grid_keeps_all_digits() -> None:
 @cache
 def lifted() -> Report:
     mechanism = cd.load(TABLE)
-    return Report.of_case(mechanism, case_of(mechanism, drive=("a", "b"), gravity=(0, 0, -9.81)))
+    return Report(case_of(mechanism, drive=("a", "b"), gravity=(0, 0, -9.81)))
 
 
 def four_bars() -> Report:
@@ -325,7 +323,7 @@ class TestPage:
     def test_whatever_is_described_has_a_page(self, description: str, tmp_path: Path) -> None:
         mechanism = cd.load(description)
         for gravity in (None, (0.0, 0.0, -9.81)):
-            report = Report.of_case(mechanism, case_of(mechanism, gravity=gravity, samples=31))
+            report = Report(case_of(mechanism, gravity=gravity, samples=31))
             text = self.page(report, tmp_path)
             assert ("Nothing acts" in text) == (gravity is None)
             assert "There are none" in text
@@ -445,7 +443,7 @@ def test_efforts_alone_have_a_page(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     pytest.importorskip("jinja2")
     mechanism = cd.load(GEARS)
-    report = Report.of_case(mechanism, case_of(mechanism, loads={"shaft_out": -50.0}))
+    report = Report(case_of(mechanism, loads={"shaft_out": -50.0}))
     text = report.save(tmp_path / "gears.html", scene=False).read_text("utf-8")
     assert "he greatest" in text and "N·m at" in text
     assert by_name(report)["shaft_in", "drive effort"].greatest == pytest.approx(-20.0)
