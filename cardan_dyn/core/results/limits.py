@@ -50,7 +50,7 @@ def exceeded(sweep: Sweep) -> tuple[str, ...]:
         if over.size and over[worst] > NOTHING * max(abs(low), abs(high)):
             value = float(flat[worst])
             limit, most = amount(high if value > high else low, unit), amount(value, unit)
-            found.append(f"{what} exceeds its limit (limit {limit}): {most} at {_at(sweep, worst)}")
+            found.append(f"exceeds {what} ({limit}): {most} at {_at(sweep, worst)}")
     return tuple(found)
 
 
@@ -62,17 +62,18 @@ def _limited(sweep: Sweep) -> Iterator[tuple[str, Array, float, float, str]]:
             continue
         values = np.asarray(sweep.motion.position(name))
         if item.slides:
-            yield name, values, low, high, "m"
+            yield f"limit of {name}", values, low, high, "m"
             continue
         turn, middle = 2.0 * np.pi, (low + high) / 2.0
         near = values - turn * np.round((values - middle) / turn)
-        yield name, np.degrees(near), float(np.degrees(low)), float(np.degrees(high)), "°"
+        low, high = float(np.degrees(low)), float(np.degrees(high))
+        yield f"limit of {name}", np.degrees(near), low, high, "°"
     stated = {item.name: item.limits.effort for item in sweep.mechanism.description.joints}
     for name, values in _efforts(sweep).items():
         limit = stated.get(name, np.inf)
         if 0.0 < limit < np.inf:
             unit = sweep.mechanism.drivable[name].effort_unit
-            yield f"the effort of {name}", values, -limit, limit, unit
+            yield f"effort limit of {name}", values, -limit, limit, unit
 
 
 def _efforts(sweep: Sweep) -> dict[str, Array]:
