@@ -80,7 +80,7 @@ def _efforts(sweep: Sweep) -> dict[str, Array]:
     """Return the efforts of what is driven, held or actuated, as far as they are known."""
     try:
         of_drives = np.reshape(sweep.drive_effort, (*sweep.shape, -1))
-        found = dict(zip(sweep.drives, np.moveaxis(of_drives, -1, 0), strict=True))
+        found = dict(zip(sweep.coordinates, np.moveaxis(of_drives, -1, 0), strict=False))
         return found | dict(sweep.holding_effort) | dict(getattr(sweep, "actuated_effort", {}))
     except ModelError:  # The outputs leave them out.
         return {}

@@ -145,7 +145,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
 @click.option(
     "--hide",
     multiple=True,
-    type=click.Choice(["visuals", "moments", "forces", "axes", "traces", "labels"]),
+    type=click.Choice(options.HIDDEN),
     help="Leave a part out; may be repeated.",
 )
 @click.option(

@@ -20,6 +20,8 @@ from . import names
 
 DESCRIPTION = "description"
 """Stands for the three values of `--gravity`: that of the description."""
+HIDDEN = ("visuals", "moments", "forces", "axes", "traces", "labels")
+"""What `view` may leave out."""
 Decorator: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
