@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,6 @@ from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ModelError
 from ...kit.quantities import amount
 from ..mechanism.mechanism import Mechanism
-
-if TYPE_CHECKING:
-    from .sweep import Sweep
 
 UNLIMITED = (-np.inf, np.inf)
 _NO_LIMIT = 1e3
@@ -35,7 +32,7 @@ def described_limits(mechanism: Mechanism, name: str) -> tuple[float, float]:
     return (low, high) if 0.0 < high - low < most else UNLIMITED
 
 
-def exceeded(sweep: Sweep) -> tuple[str, ...]:
+def exceeded(sweep: Any) -> tuple[str, ...]:
     """Return in words where a sweep goes beyond limits of its description, once for each of them.
 
     These are positions of all joints, and efforts of drives, of what is held and of actuated
@@ -54,7 +51,7 @@ def exceeded(sweep: Sweep) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _limited(sweep: Sweep) -> Iterator[tuple[str, Array, float, float, str]]:
+def _limited(sweep: Any) -> Iterator[tuple[str, Array, float, float, str]]:
     """Yield what has limits, its values `(...)`, least and greatest that are allowed, a unit."""
     for name, item in sweep.mechanism.drivable.items():
         low, high = described_limits(sweep.mechanism, name)
@@ -76,7 +73,7 @@ def _limited(sweep: Sweep) -> Iterator[tuple[str, Array, float, float, str]]:
             yield f"effort limit of {name}", values, -limit, limit, unit
 
 
-def _efforts(sweep: Sweep) -> dict[str, Array]:
+def _efforts(sweep: Any) -> dict[str, Array]:
     """Return the efforts of what is driven, held or actuated, as far as they are known."""
     try:
         of_drives = np.reshape(sweep.drive_effort, (*sweep.shape, -1))
@@ -86,7 +83,7 @@ def _efforts(sweep: Sweep) -> dict[str, Array]:
         return {}
 
 
-def _at(sweep: Sweep, sample: int) -> str:
+def _at(sweep: Any, sample: int) -> str:
     """Return where a sample is: the position of a single drive, or its number."""
     if len(sweep.coordinates) != 1:
         return f"sample {sample}"

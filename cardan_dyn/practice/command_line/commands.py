@@ -218,27 +218,18 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
 @click.option("--schema", is_flag=True, help="Print the JSON schema of the files, and end.")
 def driveline(
     source: str | None,
-    speed: float | None,
-    torque: float | None,
-    limits: tuple[str, ...],
-    optimise_phases: bool,
-    teeth: int | None,
-    page: Path | None,
     scene: bool,
     units: str | None,
-    language: str,
-    project: str | None,
-    customer: str | None,
-    author: str | None,
-    revision: str | None,
-    date: str | None,
-    directory: Path | None,
     watch: bool,
-    file: Path | None,
     open_browser: bool,
-    as_json: bool,
     check: bool,
     schema: bool,
+    page: Path | None,
+    directory: Path | None,
+    file: Path | None,
+    language: str,
+    as_json: bool,
+    **given: Any,
 ) -> None:
     """Hold a drive line against the rules of practice.
 
@@ -256,21 +247,7 @@ def driveline(
     if source is None:
         names = ", ".join(examples())
         raise click.UsageError(f"NAME_OR_FILE is missing; lines of the package: {names}")
-    found = report_on(
-        source,
-        speed=speed,
-        torque=torque,
-        limits=limits,
-        optimise=optimise_phases,
-        teeth=teeth,
-        title_block={
-            "project": project,
-            "customer": customer,
-            "author": author,
-            "revision": revision,
-            "date": date,
-        },
-    )
+    found = report_on(source, **given)
     run(
         found,
         page=page,

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import ast
 import os
 import re
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 
 import click
@@ -14,8 +12,6 @@ from click.shell_completion import CompletionItem
 
 _PACKAGE = Path(__file__).parents[2]
 _LINES = _PACKAGE / "practice" / "drive_lines" / "line" / "examples"
-_MOST_READ = 4_000_000
-"""Size of a file [bytes] up to which it is searched for names while somebody waits at a prompt."""
 _JOINT = re.compile(r"<(?:joint|loop|loop_joint|hinge|slide)\b[^>]*?\bname\s*=\s*[\"']([^\"']+)")
 _COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
 
@@ -51,30 +47,18 @@ def joints(source: str) -> list[str]:
     """Return the names of joints and loops that a bundled or other file describes."""
     path = mechanisms().get(source, Path(source))
     try:
-        if path.stat().st_size > _MOST_READ:
+        if path.stat().st_size > 4_000_000:  # Somebody waits at a prompt.
             return []
         return list(dict.fromkeys(_JOINT.findall(path.read_text(encoding="utf-8"))))
     except (OSError, ValueError):
         return []
 
 
-@cache
 def limits() -> list[str]:
-    """Return the names of the limits of verdicts, from the source that lists them."""
-    case = _PACKAGE / "practice" / "drive_lines" / "verdict" / "case.py"
-    found: set[str] = set()
-    for node in ast.parse(case.read_text(encoding="utf-8")).body:
-        if not isinstance(node, (ast.Assign, ast.AnnAssign)):
-            continue
-        target = ast.unparse(node.targets[0] if isinstance(node, ast.Assign) else node.target)
-        named = node.value
-        if isinstance(named, ast.Dict) and target == "_BY_APPLICATION":
-            inside = [item for value in named.values for item in ast.walk(value)]
-            found |= {str(item.value) for item in inside if isinstance(item, ast.Constant)}
-        elif named is not None and target == "KNOWN":
-            tables = [item for item in ast.walk(named) if isinstance(item, ast.Dict)]
-            found |= {str(item.value) for item in tables[0].keys if isinstance(item, ast.Constant)}
-    return sorted(found)
+    """Return the names of the limits of verdicts."""
+    from ..drive_lines.verdict.case import KNOWN  # Imported here: the other names need no NumPy.
+
+    return sorted(KNOWN)
 
 
 def complete_source(of: Callable[[], dict[str, Path]]) -> Completer:

@@ -9,8 +9,6 @@ from rich.console import Console
 from rich.text import Text
 
 Cell = str | Text
-_BETWEEN = (2, 1)
-"""Columns between two cells: as many as there is room for."""
 
 
 class _Console(Console):
@@ -60,7 +58,7 @@ def show(
         for index, heading in enumerate(headings)
     ]
     room = printer.width - sum(least)
-    between = next((gap for gap in _BETWEEN if gap * (len(least) - 1) <= room), None)
+    between = next((gap for gap in (2, 1) if gap * (len(least) - 1) <= room), None)
     if between is None:
         _print_records(printer, headings, rows)
     else:
