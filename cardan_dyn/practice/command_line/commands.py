@@ -153,9 +153,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
     type=options.Quantity("time", "s"),
     help="Of one sweep [s]; its own time, or 8 s, if not given.",
 )
-@click.option(
-    "--samples", type=click.IntRange(2), default=721, show_default=True, help="Count of positions."
-)
+@options.samples(721)
 @options.strict
 @options.written("--export", "file", "Write one HTML file that needs no network, and end.")
 @options.open_browser
@@ -202,11 +200,7 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
     show_default=True,
     help="Language of the page.",
 )
-@click.option("--project", metavar="TEXT", help="What the page says at its head; see [report].")
-@click.option("--customer", metavar="TEXT", help="Likewise.")
-@click.option("--author", metavar="TEXT", help="Likewise.")
-@click.option("--revision", metavar="TEXT", help="Likewise.")
-@click.option("--date", metavar="YYYY-MM-DD", help="Likewise; today without.")
+@options.head("project", "customer", "author", "revision", "date")
 @options.figures
 @click.option("--view", "watch", is_flag=True, help="Watch the line turn, in a browser.")
 @options.written("--export", "file", "Write the turning scene as one HTML file.")

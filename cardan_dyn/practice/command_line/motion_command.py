@@ -92,7 +92,6 @@ class Outputs(NamedTuple):
 
 def sweep_of(
     source: str,
-    outputs: Outputs,
     *,
     ends: tuple[str, str] | None,
     samples: int,
@@ -107,6 +106,7 @@ def sweep_of(
     Raises:
         CardanError: as `load`, `Scene` and `Scene.sweep` do, or an option has another form.
     """
+    outputs = Outputs(*(given.pop(name) for name in Outputs._fields))
     outputs.check()
     mechanism = load(source, strict=strict)
     acting = of_scene(mechanism, **given)
@@ -134,7 +134,6 @@ def sweep_of(
 
 def simulation_of(
     source: str,
-    outputs: Outputs,
     *,
     duration: float,
     free: tuple[str, ...],
@@ -154,6 +153,7 @@ def simulation_of(
         SimulationError: it could not go on; likewise.
         CardanError: as `load`, `Scene` and `Scene.simulate` do, or an option has another form.
     """
+    outputs = Outputs(*(given.pop(name) for name in Outputs._fields))
     outputs.check()
     mechanism = load(source, strict=strict)
     driven = _speeds(mechanism, drive, "--drive")

@@ -32,7 +32,7 @@ def run(
     elements: bool,
     samples: int,
     strict: bool,
-    **head: str,
+    **head: str | None,
 ) -> None:
     """Report on a mechanism; see `report_options`.
 
@@ -73,7 +73,7 @@ def run(
             elements=elements,
             samples=samples,
         )
-        reports.append(Report(case, **head))
+        reports.append(Report(case, **{name: text or "" for name, text in head.items()}))
     found: Report | Reports = reports[0] if len(reports) == 1 else Reports(reports)
     click.echo(found)
     click.echo(f"Report: {found.save(file, scene=with_scene)}")
