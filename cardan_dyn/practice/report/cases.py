@@ -88,14 +88,18 @@ class Cases(Result, Frozen):
         """Return the extremes of all cases, a row each; see `Report.table`."""
         cases = [case for case, report in enumerate(self.reports) for _ in report.extremes]
         rows = [item for report in self.reports for item in report.extremes]
+        fields = {
+            "owner": "joint, drive, coupling or element",
+            "quantity": "what it is",
+            "unit": "of greatest and least",
+            "greatest": "greatest value",
+            "least": "least value",
+            "determined": "by the laws of motion alone",
+            "error": "by how much it may exceed them",
+        }
         told: list[tuple[str, list[Any], str, str]] = [
-            ("owner", [item.owner for item in rows], "", "joint, drive, coupling or element"),
-            ("quantity", [item.quantity for item in rows], "", "what it is"),
-            ("unit", [item.unit for item in rows], "", "of greatest and least"),
-            ("greatest", [item.greatest for item in rows], "", "greatest value"),
-            ("least", [item.least for item in rows], "", "least value"),
-            ("determined", [item.determined for item in rows], "", "by the laws of motion alone"),
-            ("error", [item.error for item in rows], "", "by how much it may exceed them"),
+            (name, [getattr(item, name) for item in rows], "", text)
+            for name, text in fields.items()
         ]
         if self.labels:
             told.insert(0, ("case", [self.labels[case] for case in cases], "", "load case"))
