@@ -16,7 +16,7 @@ from .showing import export, serve
 from .vibration_options import vibration
 
 if TYPE_CHECKING:
-    from ..report.verdicts import Row
+    from ..report.verdicts import Comparisons
 
 
 def _say_version(context: click.Context, _option: click.Parameter, is_asked: bool) -> None:
@@ -125,7 +125,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
     if as_json:
         click.echo(reporting.as_json(compared))
     else:
-        _print_table(compared.rows())
+        _print_table(compared)
     if figures:
         page = reporting.write(compared, directory)
         click.echo(f"Figures and page: {page}", err=as_json)
@@ -374,7 +374,7 @@ main.add_command(sweep)
 main.add_command(simulate)
 
 
-def _print_table(rows: list[Row]) -> None:
+def _print_table(compared: Comparisons) -> None:
     """Print the comparisons, one line per quantity, by scene."""
     from rich.text import Text
 
@@ -382,11 +382,10 @@ def _print_table(rows: list[Row]) -> None:
 
     lines: list[tuple[str | Text, ...] | str] = []
     previous = None
-    for row in rows:
+    for row in compared:
         if row.scene != previous:
             lines.append(row.scene)
             previous = row.scene
         mark = Text("pass", "green") if row.passed else Text("FAIL", "bold red")
-        numbers = f"{row.worst:.1e}", f"{row.tolerance:.0e}"
-        lines.append((row.quantity, row.source, *numbers, mark))
+        lines.append((*row.cells[1:-1], mark))
     show(("quantity", "formula", "worst error", "tolerance", "verdict"), lines, texts=(0, 1))

@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem
 
-_PACKAGE = Path(__file__).parents[2]
+_PACKAGE = Path(__file__).parent.parent.parent
 _LINES = _PACKAGE / "practice" / "drive_lines" / "line" / "examples"
 _JOINT = re.compile(r"<(?:joint|loop|loop_joint|hinge|slide)\b[^>]*?\bname\s*=\s*[\"']([^\"']+)")
 _COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
