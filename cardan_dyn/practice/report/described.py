@@ -155,7 +155,7 @@ def elements_of(sweep: Sweep) -> Iterator[Grid]:
         data = (
             f"{name} {_datum(value, units.get(name, ''))}"
             for name, value in told.items()
-            if name != "name" and value is not None
+            if name != "name" and value is not None and not (isinstance(value, float) and not value)
         )
         rows.append((item.name or f"elements[{index}]", type(item).__name__, "; ".join(data)))
     if rows:
