@@ -78,7 +78,7 @@ class Task:
         self._is_shown = own and (is_watched() if wanted is None else wanted)
         self._outer = _running[-1] if self._is_shown and _running else None
         # Many that are over at once make a long one together: who waits counts from its begin.
-        self._next = self._outer._next if self._outer else self._begun + _PATIENCE
+        self._next: float = self._outer._next if self._outer else self._begun + _PATIENCE
         if self._is_shown:
             _running.append(self)
 
