@@ -62,8 +62,7 @@ if TYPE_CHECKING:
     from .motion.simulation.events import Event
     from .motion.simulation.trajectory import Trajectory
     from .practice import drive_lines, studies
-    from .practice.report.reporting import Report
-    from .practice.report.side_by_side import Reports
+    from .practice.report.reporting import Report, Reports
     from .practice.studies.study import study
     from .practice.viewer.viewing import View, view
     from .scene.assembling import assemble, write
@@ -131,7 +130,7 @@ _MODULES = {
     "PointTask": ".scene.tasks",
     "PoseTask": ".scene.tasks",
     "Report": ".practice.report.reporting",
-    "Reports": ".practice.report.side_by_side",
+    "Reports": ".practice.report.reporting",
     "Response": ".core.response.response",
     "RodForce": ".core.results.rods",
     "Scene": ".scene.scene",

@@ -2,7 +2,7 @@
 
 Whatever may take long says so by a `Task`, and no caller passes anything on. Nothing is
 shown in scripts whose output is piped, in worker processes and other threads, or within two
-seconds. What runs inside of something longer moves that on by its part.
+seconds of what is begun first. What runs inside of something longer moves that on by its part.
 """
 
 from __future__ import annotations
@@ -71,13 +71,14 @@ class Task:
         """
         self._what, self._total = what, total
         self._begun = time.monotonic()
-        self._next = self._begun + _PATIENCE
         self._done, self._part, self._said = 0.0, 0.0, ""
         self._is_drawn = False
         wanted = _is_wanted if wanted is None else wanted
         own = threading.current_thread() is threading.main_thread() and os.getpid() == _PROCESS
         self._is_shown = own and (is_watched() if wanted is None else wanted)
         self._outer = _running[-1] if self._is_shown and _running else None
+        # Many that are over at once make a long one together: who waits counts from its begin.
+        self._next: float = self._outer._next if self._outer else self._begun + _PATIENCE
         if self._is_shown:
             _running.append(self)
 

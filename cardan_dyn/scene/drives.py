@@ -14,6 +14,7 @@ from ..core.kinematics.loops.structure import Structure
 from ..core.kinematics.tolerances import MOVES
 from ..core.mechanism.configuration import Configuration
 from ..core.mechanism.mechanism import Mechanism
+from ..core.results.limits import UNLIMITED, described_limits, exceeded
 from ..kit.arrays import Array, cardan_angles
 from ..kit.errors import (
     ArgumentError,
@@ -33,14 +34,8 @@ matrices of this size take a few seconds, and grow with the third power."""
 _MOST_FOLLOWED = 30
 """Coordinates on loops up to which all of them are followed to the ends of their ranges; of larger
 mechanisms those that are chosen as drives are. A range takes 0.01 to 0.3 s."""
-_NO_LIMIT = 1e3
-"""Range of a coordinate [rad or m] from which on its limits count as none: descriptions write
-such numbers where the format requires a limit."""
-_TURN = 2.0 * np.pi - 0.02
-"""Range of an angle [rad] from which on its limits count as none: exporters write ±3.14 for it."""
 _NONE = (0.0, 0.0, 0.0)
 """Gravity of scenes that are only moved [m/s²]."""
-_UNLIMITED = (-np.inf, np.inf)
 
 
 @dataclass(frozen=True)
@@ -57,6 +52,8 @@ class Drive:
         reach: between which positions the loops let it move from the start, the other drives
             staying where they are: dead points, or where assembly modes meet; ±inf where nothing
             ends the way. None if it was not followed, or cannot drive.
+        beyond: where limits of other joints are exceeded within `range`, in words; empty where they
+            are not, or were not looked at.
         problem: why it does not determine the motion from the start; empty if it does.
     """
 
@@ -64,10 +61,11 @@ class Drive:
     slides: bool
     is_grounded: bool
     start: float
-    limits: tuple[float, float] = _UNLIMITED
+    limits: tuple[float, float] = UNLIMITED
     instead_of: tuple[str, ...] = ()
     reach: tuple[float, float] | None = None
     problem: str = ""
+    beyond: str = ""
 
     @property
     def determines(self) -> bool:
@@ -88,14 +86,14 @@ class Drive:
     @property
     def turns(self) -> bool:
         """Whether it is an angle that turns without end."""
-        return not self.slides and self.range == _UNLIMITED
+        return not self.slides and self.range == UNLIMITED
 
     @property
     def ends(self) -> str:
         """What ends its range, in words; or why it has none."""
         if self.problem or self.range is None or self.reach is None:
             return self.problem or "not followed"
-        if self.range == _UNLIMITED:
+        if self.range == UNLIMITED:
             text = "no end" if self.slides else "turns through"
         else:
             by_loops = [a == b for a, b in zip(self.range, self.reach, strict=True)]
@@ -103,10 +101,11 @@ class Drive:
             words = ["loops" if loops else "limit" for end, loops in ends if np.isfinite(end)]
             text = " and ".join(dict.fromkeys(words))
         is_inside = self.limits[0] <= self.start <= self.limits[1]
-        return text if is_inside else f"{text}; starts beyond its limits"
+        more = "" if is_inside else "starts beyond its limits"
+        return "; ".join(filter(None, [text, more, self.beyond]))
 
     def __str__(self) -> str:
-        if self.problem or self.range is None or self.range == _UNLIMITED:
+        if self.problem or self.range is None or self.range == UNLIMITED:
             return self.ends
         low, high = (0.0 if abs(end) < 1e-12 else end for end in self.range)
         return f"{low:.4g} to {high:.4g} {'m' if self.slides else 'rad'} ({self.ends})"
@@ -248,18 +247,6 @@ def drives_of(mechanism: Mechanism, start: Configuration | None = None) -> Drive
     return _Search(mechanism, start).result()
 
 
-def described_limits(mechanism: Mechanism, name: str) -> tuple[float, float]:
-    """Return the limits of a coordinate that the description means as such [rad or m]."""
-    joint = mechanism.joints[mechanism.drivable[name].joint]
-    if joint.type not in ("revolute", "prismatic"):
-        return _UNLIMITED
-    model = mechanism.model
-    column = model.idx_qs[joint.id]
-    low, high = float(model.lowerPositionLimit[column]), float(model.upperPositionLimit[column])
-    most = _TURN if joint.type == "revolute" else _NO_LIMIT
-    return (low, high) if 0.0 < high - low < most else _UNLIMITED
-
-
 class _Search:
     """Finds the drives of a mechanism."""
 
@@ -383,13 +370,32 @@ class _Search:
         if not places:
             return replace(drive, problem="it does not move")
         if self._mechanism.joints[item.joint].nv == 1 and name not in self._on_loops:
-            return replace(drive, reach=_UNLIMITED)
+            return replace(drive, reach=UNLIMITED)
         held = {other: self._positions[other] for other in needed if other not in (name, places[0])}
         try:
             scene = Scene(self._mechanism, drive=name, held=held, near=self._start, gravity=_NONE)
-            return replace(drive, reach=scene.motion_range())
+            drive = replace(drive, reach=scene.motion_range())
         except CardanError as error:
             return replace(drive, problem=_shortened(error))
+        return replace(drive, beyond=self._beyond(scene, drive))
+
+    def _beyond(self, scene: Scene, drive: Drive) -> str:
+        """Return where a drive takes other joints beyond their limits, see `Drive.beyond`."""
+        limited = (
+            described_limits(self._mechanism, name) for name in self._on_loops - {drive.name}
+        )
+        low, high = drive.range or UNLIMITED
+        if drive.turns:
+            low, high = drive.start, drive.start + 2.0 * np.pi
+        if set(limited) <= {UNLIMITED} or not np.isfinite(high - low):
+            return ""
+        try:
+            # At every hundredth; the ends themselves may be dead points.
+            found = exceeded(scene.sweep(np.linspace(low, high, 101)[1:-1]))
+        except CardanError:
+            return ""
+        others = f", and {len(found) - 1} more" * (len(found) > 1)
+        return f"{found[0]}{others}" if found else ""
 
     def _chosen(
         self, found: Mapping[str, Drive], needed: list[str]
@@ -454,13 +460,13 @@ class _Search:
         return all(item.range == item.reach for item in moved)
 
     def _is_cylinder(self, item: Drive) -> bool:
-        return item.slides and item.limits != _UNLIMITED and item.name in self._on_loops
+        return item.slides and item.limits != UNLIMITED and item.name in self._on_loops
 
 
 def _why(best: Drive, turns: bool) -> str:
     where = "at the ground" if best.is_grounded else "not at the ground"
     if best.slides and not best.is_grounded:
-        return f"driven by a slide{' between its limits' * (best.limits != _UNLIMITED)}"
+        return f"driven by a slide{' between its limits' * (best.limits != UNLIMITED)}"
     how = "turns through" if turns else "slides" if best.slides else "swings"
     return f"driven at a joint {where} that {how}"
 

@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike
 from ..core.mechanism.mechanism import Mechanism
 from ..core.problem.arguments import by_coordinate, keyframe
 from ..core.problem.coordinate_names import each_coordinate
+from ..core.results.limits import described_limits
 from ..core.results.sweep import Sweep
 from ..kit.arrays import Array
 from ..kit.checks import mapping
 from ..kit.errors import MobilityError
 from ..kit.quantities import span
-from .drives import Drives, described_limits, drives_of
+from .drives import Drives, drives_of
 from .presets import Preset, preset_of
 from .scene import Scene
 

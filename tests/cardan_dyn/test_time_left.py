@@ -62,6 +62,17 @@ def test_what_runs_inside_moves_on_what_is_outside(
         assert "50 %" in capsys.readouterr().err
 
 
+def test_many_that_are_short_make_a_long_one(
+    clock: list[float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Task("resonances", 2, wanted=True):
+        for _ in range(4):
+            with Task("branch", 2.0, wanted=True) as inner:
+                clock[0] += 1.0
+                inner.tell(1.0)
+    assert "\rresonances" in capsys.readouterr().err
+
+
 def test_an_error_ends_a_task(clock: list[float]) -> None:
     with pytest.raises(KeyboardInterrupt), Task("outer", 1, wanted=True):
         Task("inner, never closed", 1, wanted=True)

@@ -61,6 +61,7 @@ from ..kinematics.loops.idle_rods import rods_of
 from ..problem.acting import Acting
 from ..problem.problem import Problem
 from ..proof.residuals import Proven
+from .limits import exceeded
 from .motion import Motion
 from .prescribed import MotionResult
 from .source import Source
@@ -382,7 +383,7 @@ class Sweep(MotionResult):
             checks.append(f"power {self.power_residual:.1e}")
         told = [self.left_open.brief, self.near_singular()]
         if math.prod(self.shape) <= _MOST_EVALUATED:
-            told.append(self.near_reach)
+            told += [self.near_reach, *exceeded(self)]
         beware = "".join(f"; {text}" for text in told if text)
         return (
             f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "

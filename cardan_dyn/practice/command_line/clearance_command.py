@@ -18,7 +18,7 @@ from ...motion.clearance import drawing
 from ...motion.simulation.progress import INTERRUPTED
 from ...scene.usual_motion import default_scene
 from .group import Interrupted
-from .quantities import by_joint, efforts, positions
+from .quantities import by_joint, of_scene
 from .tables import say, show
 
 if TYPE_CHECKING:
@@ -37,16 +37,16 @@ def scanned_by(
     radii: tuple[str, ...],
     pin: tuple[float, float] | None,
     seat_stiffness: float | None,
-    drive: tuple[str, ...],
-    held: tuple[str, ...],
-    loads: tuple[str, ...],
-    gravity: tuple[float, float, float] | str | None,
     strict: bool,
     joints: tuple[str, ...],
     bearings: tuple[str, ...],
+    given: dict[str, Any],
     **rest: Any,
 ) -> Scan:
-    """Return the scan that the options of the command ask for; `rest` are arguments of `scan`."""
+    """Return the scan that the options of the command ask for.
+
+    `given` is what drives and acts, see `quantities.of_scene`, and `rest` are arguments of `scan`.
+    """
     if speed is None:
         raise ArgumentError("give the speed of the drive: --speed")
     mechanism = load(source, strict=strict)
@@ -57,13 +57,7 @@ def scanned_by(
     stiffness: Any = by_joint(stiffnesses, "--stiffness", ("rigidity", "N/m"), mechanism)
     if pin is not None:
         stiffness = PinGeometry(*pin, seat_stiffness=seat_stiffness)
-    scene = default_scene(
-        mechanism,
-        drive=drive,
-        held=positions(mechanism, held),
-        loads=efforts(mechanism, loads),
-        gravity=gravity,
-    )
+    scene = default_scene(mechanism, **of_scene(mechanism, **given))
     return scan(
         scene,
         speed,
@@ -90,7 +84,8 @@ def run(directory: Path | None, as_json: bool, **options: Any) -> None:
         CardanError: options do not fit each other, or as `load`, `Scene` and `clearance.scan`.
         Interrupted: Ctrl-C while joints were simulated; all was printed and written up to there.
     """
-    scanned = scanned_by(**options)
+    given = {name: options.pop(name) for name in ("drive", "held", "loads", "gravity")}
+    scanned = scanned_by(given=given, **options)
     if as_json:
         click.echo(json_text(scanned))
     else:
@@ -147,25 +142,15 @@ def print_scan(scanned: Scan) -> None:
 
 def json_text(scanned: Scan) -> str:
     """Return a scan as JSON text, in SI units and radians; what is no number is null."""
+    verified = () if scanned.verified is None else scanned.verified
     content = {
         "speed": scanned.speed,
         "joints": [_joint(scanned[name]) for name in scanned.ranking],
-        **_verified(scanned),
+        **({"verified": [_row(item) for item in verified]} if verified != () else {}),
         "left_out": scanned.left_out,
         "notes": list(scanned.notes),
     }
     return json.dumps(content, ensure_ascii=False, indent=1)
-
-
-def _verified(scanned: Scan) -> dict[str, Any]:
-    """Return simulations beside the estimates as plain data; nothing if there are none."""
-    if scanned.verified is None:
-        return {}
-    return {
-        "verified": [
-            {key: _known(value) for key, value in item.row().items()} for item in scanned.verified
-        ]
-    }
 
 
 def _joint(joint: JointScan) -> dict[str, Any]:
@@ -179,10 +164,12 @@ def _joint(joint: JointScan) -> dict[str, Any]:
         "impacts_per_turn": joint.impacts_per_turn,
         "impact_power": joint.impact_power,
         "turning": joint.turning,
-        "reversals": [
-            {key: _known(value) for key, value in item.row().items()} for item in joint.reversals
-        ],
+        "reversals": [_row(item) for item in joint.reversals],
     }
+
+
+def _row(item: Any) -> dict[str, Any]:
+    return {key: _known(value) for key, value in item.row().items()}
 
 
 def _known(value: Any) -> Any:

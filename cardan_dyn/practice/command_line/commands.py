@@ -16,7 +16,7 @@ from .showing import export, serve
 from .vibration_options import vibration
 
 if TYPE_CHECKING:
-    from ..report.verdicts import Row
+    from ..report.verdicts import Comparisons
 
 
 def _say_version(context: click.Context, _option: click.Parameter, is_asked: bool) -> None:
@@ -125,7 +125,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
     if as_json:
         click.echo(reporting.as_json(compared))
     else:
-        _print_table(compared.rows())
+        _print_table(compared)
     if figures:
         page = reporting.write(compared, directory)
         click.echo(f"Figures and page: {page}", err=as_json)
@@ -145,7 +145,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
 @click.option(
     "--hide",
     multiple=True,
-    type=click.Choice(["visuals", "moments", "forces", "axes", "traces", "labels"]),
+    type=click.Choice(options.HIDDEN),
     help="Leave a part out; may be repeated.",
 )
 @click.option(
@@ -153,9 +153,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
     type=options.Quantity("time", "s"),
     help="Of one sweep [s]; its own time, or 8 s, if not given.",
 )
-@click.option(
-    "--samples", type=click.IntRange(2), default=721, show_default=True, help="Count of positions."
-)
+@options.samples(721)
 @options.strict
 @options.written("--export", "file", "Write one HTML file that needs no network, and end.")
 @options.open_browser
@@ -202,11 +200,7 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
     show_default=True,
     help="Language of the page.",
 )
-@click.option("--project", metavar="TEXT", help="What the page says at its head; see [report].")
-@click.option("--customer", metavar="TEXT", help="Likewise.")
-@click.option("--author", metavar="TEXT", help="Likewise.")
-@click.option("--revision", metavar="TEXT", help="Likewise.")
-@click.option("--date", metavar="YYYY-MM-DD", help="Likewise; today without.")
+@options.head("project", "customer", "author", "revision", "date")
 @options.figures
 @click.option("--view", "watch", is_flag=True, help="Watch the line turn, in a browser.")
 @options.written("--export", "file", "Write the turning scene as one HTML file.")
@@ -218,27 +212,18 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
 @click.option("--schema", is_flag=True, help="Print the JSON schema of the files, and end.")
 def driveline(
     source: str | None,
-    speed: float | None,
-    torque: float | None,
-    limits: tuple[str, ...],
-    optimise_phases: bool,
-    teeth: int | None,
-    page: Path | None,
     scene: bool,
     units: str | None,
-    language: str,
-    project: str | None,
-    customer: str | None,
-    author: str | None,
-    revision: str | None,
-    date: str | None,
-    directory: Path | None,
     watch: bool,
-    file: Path | None,
     open_browser: bool,
-    as_json: bool,
     check: bool,
     schema: bool,
+    page: Path | None,
+    directory: Path | None,
+    file: Path | None,
+    language: str,
+    as_json: bool,
+    **given: Any,
 ) -> None:
     """Hold a drive line against the rules of practice.
 
@@ -256,21 +241,7 @@ def driveline(
     if source is None:
         names = ", ".join(examples())
         raise click.UsageError(f"NAME_OR_FILE is missing; lines of the package: {names}")
-    found = report_on(
-        source,
-        speed=speed,
-        torque=torque,
-        limits=limits,
-        optimise=optimise_phases,
-        teeth=teeth,
-        title_block={
-            "project": project,
-            "customer": customer,
-            "author": author,
-            "revision": revision,
-            "date": date,
-        },
-    )
+    found = report_on(source, **given)
     run(
         found,
         page=page,
@@ -403,7 +374,7 @@ main.add_command(sweep)
 main.add_command(simulate)
 
 
-def _print_table(rows: list[Row]) -> None:
+def _print_table(compared: Comparisons) -> None:
     """Print the comparisons, one line per quantity, by scene."""
     from rich.text import Text
 
@@ -411,11 +382,10 @@ def _print_table(rows: list[Row]) -> None:
 
     lines: list[tuple[str | Text, ...] | str] = []
     previous = None
-    for row in rows:
+    for row in compared:
         if row.scene != previous:
             lines.append(row.scene)
             previous = row.scene
         mark = Text("pass", "green") if row.passed else Text("FAIL", "bold red")
-        numbers = f"{row.worst:.1e}", f"{row.tolerance:.0e}"
-        lines.append((row.quantity, row.source, *numbers, mark))
+        lines.append((*row.cells[1:-1], mark))
     show(("quantity", "formula", "worst error", "tolerance", "verdict"), lines, texts=(0, 1))

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 
 import click
 import numpy as np
@@ -78,9 +76,9 @@ def report_on(
     speed: float | None,
     torque: float | None,
     limits: tuple[str, ...],
-    optimise: bool,
+    optimise_phases: bool,
     teeth: int | None,
-    title_block: Mapping[str, str | None] = MappingProxyType({}),
+    **title_block: str | None,
 ) -> LineReport:
     """Return the report on a line.
 
@@ -90,7 +88,7 @@ def report_on(
             torque, unless given.
         torque: of the input shaft [N·m]; likewise.
         limits: as NAME=VALUE, see `quantities.limits` and `DriveLine.verdict`.
-        optimise: take the best forks.
+        optimise_phases: take the best forks.
         teeth: on which forks can be turned; they are free unless given.
         title_block: fields of `TitleBlock` that replace those of the file; None leaves them.
 
@@ -106,14 +104,14 @@ def report_on(
     if said:
         line = line.replace(report=dataclasses.replace(line.report or TitleBlock(), **said))
     phasing = best_forks(line, teeth)
-    if optimise and phasing is not None:
+    if optimise_phases and phasing is not None:
         line = phasing.line
     hardest = max(line.duty_cycle, key=lambda point: abs(point.torque), default=None)
     speed = line.speed if hardest is None or line.speed is not None else hardest.speed
     torque = line.torque if hardest is None or line.torque is not None else hardest.torque
-    for name, value in (("--speed", speed), ("--torque", torque)):
+    for name, value in (("speed", speed), ("torque", torque)):
         if value is None:
-            raise ArgumentError(f"the line says no {name[2:]}: give {name}")
+            raise ArgumentError(f"the line says no {name}: give --{name}")
     analysis = line.analyse(speed=speed, torque=torque)
     return LineReport(line, analysis, line.verdict(given), phasing)
 

@@ -15,19 +15,19 @@ from ...core.elements.described import described_elements
 from ...core.elements.link_loads import Wrench
 from ...core.mechanics.exact import load
 from ...core.mechanism.mechanism import Mechanism
+from ...core.results.limits import exceeded
 from ...core.results.wrench import JointWrench
-from ...figures.wrenches import MARK, QUANTITIES, determined, known_part, together, values_of
+from ...figures.wrenches import MARK, PARTS, QUANTITIES, determined, known_part, together, values_of
 from ...kit.arrays import NOTHING, Array
 from ...kit.checks import writing
 from ...kit.errors import ArgumentError, MissingExtraError, SimulationError
-from ...kit.quantities import column
+from ...kit.quantities import NONE, column
 from ...motion.simulation.progress import INTERRUPTED
 from ...motion.simulation.trajectory import Trajectory
 from ...scene.scene import Scene
 from ...scene.usual_motion import UsualMotion, default_scene, slides, usual_motion
 from .group import Interrupted
-from .quantities import by_coordinate, efforts, ends_of, shown, value_of
-from .quantities import near as near_of
+from .quantities import by_coordinate, ends_of, of_scene, shown, value_of
 from .quantities import positions as positions_of
 from .tables import say, show
 
@@ -92,36 +92,25 @@ class Outputs(NamedTuple):
 
 def sweep_of(
     source: str,
-    outputs: Outputs,
     *,
-    drive: tuple[str, ...],
     ends: tuple[str, str] | None,
     samples: int,
     speed: str | None,
     acceleration: str | None,
-    held: tuple[str, ...],
-    near: tuple[str, ...],
-    loads: tuple[str, ...],
-    gravity: tuple[float, float, float] | str | None,
     joints: tuple[str, ...],
     strict: bool,
+    **given: Any,
 ) -> None:
     """Sweep a mechanism, print the greatest wrenches and write files; see `motion_options`.
 
     Raises:
         CardanError: as `load`, `Scene` and `Scene.sweep` do, or an option has another form.
     """
+    outputs = Outputs(*(given.pop(name) for name in Outputs._fields))
     outputs.check()
     mechanism = load(source, strict=strict)
-    motion = usual_motion(
-        mechanism,
-        drive=drive,
-        held=positions_of(mechanism, held),
-        near=near_of(mechanism, near),
-        loads=efforts(mechanism, loads) if loads else None,
-        gravity=gravity,
-        samples=samples,
-    )
+    acting = of_scene(mechanism, **given)
+    motion = usual_motion(mechanism, samples=samples, **acting | {"loads": acting["loads"] or None})
     scene, at, said = motion.scene, motion.positions, motion.said
     if joints:
         scene = scene.replace(outputs=joints)
@@ -132,32 +121,30 @@ def sweep_of(
     if not outputs.printed:
         say(f"{mechanism.name}: {said}; {samples} positions, {_how_fast(motion, rates)}")
         _say_what_acts(scene)
-        name = swept.drives[0]
-        place = swept.motion.position(name)
-        if slides(swept.mechanism, name):
-            _print_extremes(swept, place, f"{name} [m]")
+        if len(swept.drives) > 1:
+            said = (
+                f"and at which of {samples} samples on one way of {len(swept.drives)} drives; "
+                "`cardan-dyn report` looks through all of their ranges"
+            )
+            _print_extremes(swept, np.arange(samples), "sample", said)
         else:
-            _print_extremes(swept, np.rad2deg(place), f"{name} [°]")
+            _print_extremes(swept, *_over(swept, swept.drives[0]))
     outputs.write(swept, joints)
 
 
 def simulation_of(
     source: str,
-    outputs: Outputs,
     *,
     duration: float,
     free: tuple[str, ...],
     drive: tuple[str, ...],
     positions: tuple[str, ...],
     speeds: tuple[str, ...],
-    held: tuple[str, ...],
-    near: tuple[str, ...],
-    loads: tuple[str, ...],
-    gravity: tuple[float, float, float] | str | None,
     elements: bool,
     rtol: float,
     joints: tuple[str, ...],
     strict: bool,
+    **given: Any,
 ) -> None:
     """Simulate a mechanism, print what came out and write files; see `motion_options`.
 
@@ -166,10 +153,11 @@ def simulation_of(
         SimulationError: it could not go on; likewise.
         CardanError: as `load`, `Scene` and `Scene.simulate` do, or an option has another form.
     """
+    outputs = Outputs(*(given.pop(name) for name in Outputs._fields))
     outputs.check()
     mechanism = load(source, strict=strict)
     driven = _speeds(mechanism, drive, "--drive")
-    scene, why = _free_scene(mechanism, free, driven, held, near, loads, gravity)
+    scene, why = _free_scene(mechanism, free, driven, given)
     acting = described_elements(mechanism) if elements else []
     scene = scene.replace(elements=acting, **({"outputs": joints} if joints else {}))
     options: dict[str, Any] = {"motion": driven} if driven else {}
@@ -198,7 +186,7 @@ def simulation_of(
             say(f"energy balance: {found.energy_residual:.1e} of what moves")
         for note in found.notes:
             say(note, "yellow")
-        _print_extremes(swept, found.time, "time [s]")
+        _print_extremes(swept, found.time, "s", f"and at which of {len(found.time)} times [s]")
     outputs.write(found, joints)
     if failure is not None:
         raise failure
@@ -210,26 +198,15 @@ def _free_scene(
     mechanism: Mechanism,
     free: tuple[str, ...],
     driven: Mapping[str, float],
-    held: tuple[str, ...],
-    near: tuple[str, ...],
-    loads: tuple[str, ...],
-    gravity: tuple[float, float, float] | str | None,
+    given: Mapping[str, Any],
 ) -> tuple[Scene, str]:
     """Return a scene with free joints, and why they are free, in brackets."""
-    at = positions_of(mechanism, held)
+    acting = of_scene(mechanism, **given)
     if driven and not free:
         # What is driven excites what stands on springs.
-        free = tuple(
-            name for name in mechanism.joint_springs if name not in driven and name not in at
-        )
-    scene = default_scene(
-        mechanism,
-        drive=(*driven, *free),
-        held=at,
-        near=near_of(mechanism, near),
-        loads=efforts(mechanism, loads),
-        gravity=gravity,
-    )
+        taken = {*driven, *acting["held"]}
+        free = tuple(name for name in mechanism.joint_springs if name not in taken)
+    scene = default_scene(mechanism, **acting | {"drive": (*driven, *free)})
     rest = free or tuple(name for name in scene.drives if name not in driven)
     why = "" if free or driven else " (what would be driven in a sweep)"
     return scene.replace(free=list(rest), drive=list(driven) or None), why
@@ -312,74 +289,61 @@ def _speeds(mechanism: Mechanism, pairs: tuple[str, ...], option: str) -> dict[s
     return by_coordinate(mechanism, "speed", pairs, option, "JOINT=SPEED, as crank=1500rpm")
 
 
-def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
+def _over(swept: Sweep, name: str) -> tuple[Array, str, str]:
+    """Return the positions of a drive, their unit, and what is said of them."""
+    places, is_slide = swept.motion.position(name), slides(swept.mechanism, name)
+    unit = "m" if is_slide else "°"
+    return (
+        places if is_slide else np.rad2deg(places),
+        unit,
+        f"and at which of {len(swept)} positions of {name} [{unit}]",
+    )
+
+
+class _Greatest(NamedTuple):
+    """The greatest of a quantity, what is told of it, and where it is; NaN is not known."""
+
+    size: float = np.nan
+    told: str = ""
+    place: float = np.nan
+
+
+def _print_extremes(swept: Sweep, places: Array, unit: str, said: str) -> None:
     """Print the greatest force and moment of every joint, and where they occur."""
-    unit = over.partition("[")[2].rstrip("]")
-    quantities = ("force", "moment", "torsion", "bending")
-    sizes: dict[str, list[float]] = {name: [] for name in quantities}
-    marks: dict[str, list[str]] = {name: [] for name in quantities}
-    found_at: dict[str, list[float]] = {name: [] for name in quantities}
-    missing = np.zeros(len(places), dtype=bool)
     force, moment = (
-        max(
-            (np.nanmax(np.abs(getattr(swept[name], what)), initial=0.0) for name in swept.outputs),
-            default=0.0,
-        )
-        for what in ("force", "moment")
+        float(np.nanmax([np.abs(getattr(of, name)) for of in swept.values()], initial=0.0))
+        for name in PARTS
     )
     scale = together(force, moment, swept.mechanism.characteristic_length)
-
-    def acting(wrench: JointWrench, part: str) -> bool:
-        """Return whether a part of a wrench is more than rounding."""
-        size = np.nanmax(np.abs(values_of(wrench, part)), initial=0.0)
-        return bool(size > NOTHING * scale[QUANTITIES[part]])
-
     # Positions at which an angle passes through zero miss it by rounding.
     places = np.where(np.abs(places) <= NOTHING * np.max(np.abs(places)), 0.0, places)
-    for name in swept.outputs:
-        wrench = swept[name]
-        for quantity in quantities:
-            if quantity in ("torsion", "bending"):
-                part = quantity if wrench.has_axis else ""
-            else:
-                part = known_part(wrench, quantity)
-                missing |= np.isnan(values_of(wrench, quantity))
-                if not acting(wrench, part) and acting(wrench, quantity):
-                    part = quantity  # What statics leaves open of it is all there is.
-            values = values_of(wrench, part) if part else np.full(len(places), np.nan)
-            worst = _greatest(np.abs(values))
-            acts = bool(part) and acting(wrench, part)
-            # What is but rounding has no place.
-            found_at[quantity].append(float(places[worst]) if acts else np.nan)
-            size = values[worst] if part == "torsion" else abs(values[worst])
-            sizes[quantity].append(size if acts or np.isnan(size) else 0.0)
-            told = f" {part}" if acts and part and part != quantity else ""
-            marks[quantity].append(told + (_star(wrench, part) if part else ""))
-    has_parts = any(text.strip(MARK) for texts in marks.values() for text in texts)
-    columns: list[list[str]] = [list(swept.outputs)]
-    headings = ["joint"]
-    for quantity, unit_of in zip(quantities, ("N", "N·m", "N·m", "N·m"), strict=True):
-        texts, shown_unit = column(sizes[quantity], unit_of)
-        columns.append([text + mark for text, mark in zip(texts, marks[quantity], strict=True)])
+    columns, headings, told = [list(swept)], ["joint"], ""
+    for quantity in ("force", "moment", "torsion", "bending"):
+        found = [_greatest(wrench, quantity, scale, places) for wrench in swept.values()]
+        texts, shown_unit = column([item.size for item in found], QUANTITIES[quantity])
+        columns.append([text + item.told for text, item in zip(texts, found, strict=True)])
         headings.append(f"{quantity}\n{shown_unit}")
-        if quantity in ("force", "moment"):
-            texts, shown_unit = column(found_at[quantity], unit, 3)
+        if quantity in PARTS:
+            at = [item.place for item in found]
+            texts, shown_unit = column(at, unit, 3)
+            if unit == "sample":
+                texts = [NONE if np.isnan(place) else f"{place:.0f}" for place in at]
             columns.append(texts)
             headings.append(f"at\n{shown_unit}")
-    rows = list(zip(*columns, strict=True))
-    caption = (
-        f"Greatest of {len(places)} values that the parent exerts on the child, and where: {over}."
-    )
-    if has_parts:
+        told += "".join(item.told for item in found)
+    caption = f"Greatest that the parent exerts on the child, {said}."
+    if told.replace(MARK, ""):
         caption += " Where statics leaves one open, its greatest part that is determined, by name."
     if opened := swept.left_open.text:
         caption += f" * {opened[0].upper()}{opened[1:]}."
-    if missing.any():
-        caption += f" Not known at {missing.sum()} of {len(places)} places, close to singular ones."
-    show(headings, rows, caption=caption)
-    singular = swept.near_singular(*swept.values())
-    if singular:
-        say(f"{singular[0].upper()}{singular[1:]}.", "yellow")
+    unknown = [
+        np.isnan(values_of(wrench, quantity)) for wrench in swept.values() for quantity in PARTS
+    ]
+    if missing := int(np.any(unknown, axis=0).sum()):
+        caption += f" Not known at {missing} of {len(places)} places, close to singular ones."
+    show(headings, list(zip(*columns, strict=True)), caption=caption)
+    for text in filter(None, [swept.near_singular(*swept.values()), *exceeded(swept)]):
+        say(f"{text[0].upper()}{text[1:]}.", "yellow")
     efforts = np.asarray(swept.drive_effort).reshape(len(places), -1)
     for index, name in enumerate(swept.drives):
         values = efforts[:, index]
@@ -393,15 +357,36 @@ def _print_extremes(swept: Sweep, places: Array, over: str) -> None:
         "power": swept.power_residual,
     }
     # A dash where there is nothing to compare, as where nothing acts.
-    shown = (f"{name} {'–' if np.isnan(of) else f'{of:.1e}'}" for name, of in residuals.items())
-    say(f"residuals: {', '.join(shown)}")
+    listed = (f"{name} {'–' if np.isnan(of) else f'{of:.1e}'}" for name, of in residuals.items())
+    say(f"residuals: {', '.join(listed)}")
 
 
-def _star(wrench: JointWrench, quantity: str) -> str:
-    """Return the mark of a quantity of which statics leaves a part open."""
-    return "" if determined(wrench, quantity) else MARK
+def _greatest(
+    wrench: JointWrench, quantity: str, scale: Mapping[str, float], places: Array
+) -> _Greatest:
+    """Return the greatest of a quantity, or of the part of it that statics determines.
 
+    Args:
+        wrench: of the joint.
+        quantity: `force`, `moment`, `torsion` or `bending`.
+        scale: sizes beside which a quantity is rounding, by unit.
+        places: `(N,)` of the samples.
+    """
+    if quantity not in PARTS and not wrench.has_axis:
+        return _Greatest()
 
-def _greatest(sizes: Array) -> int:
-    """Return where sizes are greatest first but for rounding, among those that are known."""
-    return int(np.argmax(sizes >= np.nanmax(sizes, initial=0.0) * (1.0 - NOTHING)))
+    def most(part: str) -> float:
+        return float(np.nanmax(np.abs(values_of(wrench, part)), initial=0.0))
+
+    part, nothing = quantity, NOTHING * scale[QUANTITIES[quantity]]
+    if quantity in PARTS:
+        part = known_part(wrench, quantity)
+        if most(part) <= nothing < most(quantity):
+            part = quantity  # What statics leaves open of it is all there is.
+    values, star = values_of(wrench, part), "" if determined(wrench, part) else MARK
+    # The first that is as great but for rounding, among those that are known.
+    worst = int(np.argmax(np.abs(values) >= most(part) * (1.0 - NOTHING)))
+    size = float(values[worst] if part == "torsion" else abs(values[worst]))
+    if most(part) <= nothing:
+        return _Greatest(size if np.isnan(size) else 0.0, star)
+    return _Greatest(size, f" {part}" * (part != quantity) + star, float(places[worst]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
@@ -11,28 +10,11 @@ from . import options
 from .group import Command
 
 
-def _outputs(command: Any) -> Any:
-    """Add the options of what is written."""
-    for decorator in (
-        options.written(
-            "--plot", "plot", "Draw the joints: .png, .svg or .pdf.", ".png", ".svg", ".pdf"
-        ),
-        options.written("--parquet", "parquet", "Write a Parquet file.", ".parquet"),
-        options.written("--json", "json", "Write JSON; - prints it.", ".json", dash=True),
-        options.written("--csv", "csv", "Write a CSV file; - prints it.", ".csv", dash=True),
-        options.repeated("--joint", "joints", "JOINT", "Take only this joint"),
-    ):
-        command = decorator(command)
-    return command
-
-
 @click.command(cls=Command)
 @options.source
 @options.drive
 @options.between
-@click.option(
-    "--samples", type=click.IntRange(2), default=361, show_default=True, help="Count of positions."
-)
+@options.samples(361)
 @options.rate
 @click.option(
     "--acceleration", type=options.Quantities(), help="Of the drive [rad/s², slides: m/s²]."
@@ -41,24 +23,17 @@ def _outputs(command: Any) -> Any:
 @options.held
 @options.loads
 @options.gravity
-@_outputs
+@options.outputs
 @options.strict
-def sweep(
-    source: str,
-    csv: Path | None,
-    json: Path | None,
-    parquet: Path | None,
-    plot: Path | None,
-    **given: Any,
-) -> None:
+def sweep(source: str, **given: Any) -> None:
     """Sweep the drive: forces and moments of all joints.
 
     NAME_OR_FILE is a bundled description or a URDF, MJCF or SDF file. Prints the greatest values of
     every joint and where they occur, of what the parent exerts on the child.
     """
-    from .motion_command import Outputs, sweep_of
+    from .motion_command import sweep_of
 
-    sweep_of(source, Outputs(csv, json, parquet, plot), **given)
+    sweep_of(source, **given)
 
 
 @click.command(cls=Command)
@@ -78,11 +53,7 @@ def sweep(
 @options.held
 @options.loads
 @options.gravity
-@click.option(
-    "--elements/--no-elements",
-    default=True,
-    help="With the springs, damping and friction that the description states for joints.",
-)
+@options.elements(True)
 @click.option(
     "--rtol",
     type=float,
@@ -90,21 +61,14 @@ def sweep(
     show_default=True,
     help="Relative tolerance of steps, a number.",
 )
-@_outputs
+@options.outputs
 @options.strict
-def simulate(
-    source: str,
-    csv: Path | None,
-    json: Path | None,
-    parquet: Path | None,
-    plot: Path | None,
-    **given: Any,
-) -> None:
+def simulate(source: str, **given: Any) -> None:
     """Simulate how free joints move: forces and moments.
 
     NAME_OR_FILE is a bundled description or a URDF, MJCF or SDF file. Ctrl-C ends the simulation;
     what was found so far is printed and written.
     """
-    from .motion_command import Outputs, simulation_of
+    from .motion_command import simulation_of
 
-    simulation_of(source, Outputs(csv, json, parquet, plot), **given)
+    simulation_of(source, **given)

@@ -12,10 +12,8 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem
 
-_PACKAGE = Path(__file__).parents[2]
+_PACKAGE = Path(__file__).parent.parent.parent
 _LINES = _PACKAGE / "practice" / "drive_lines" / "line" / "examples"
-_MOST_READ = 4_000_000
-"""Size of a file [bytes] up to which it is searched for names while somebody waits at a prompt."""
 _JOINT = re.compile(r"<(?:joint|loop|loop_joint|hinge|slide)\b[^>]*?\bname\s*=\s*[\"']([^\"']+)")
 _COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
 
@@ -51,7 +49,7 @@ def joints(source: str) -> list[str]:
     """Return the names of joints and loops that a bundled or other file describes."""
     path = mechanisms().get(source, Path(source))
     try:
-        if path.stat().st_size > _MOST_READ:
+        if path.stat().st_size > 4_000_000:  # Somebody waits at a prompt.
             return []
         return list(dict.fromkeys(_JOINT.findall(path.read_text(encoding="utf-8"))))
     except (OSError, ValueError):

@@ -20,6 +20,8 @@ from . import names
 
 DESCRIPTION = "description"
 """Stands for the three values of `--gravity`: that of the description."""
+HIDDEN = ("visuals", "moments", "forces", "axes", "traces", "labels")
+"""What `view` may leave out."""
 Decorator: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
@@ -177,6 +179,51 @@ def directory(flag: str, name: str, text: str, default: Path | None = None) -> D
 def as_json(text: str) -> Decorator:
     """Return the flag that prints JSON; `text` is its help."""
     return click.option("--json", "as_json", is_flag=True, help=text)
+
+
+def samples(default: int) -> Decorator:
+    """Return the option of how many positions a motion is looked at."""
+    return click.option(
+        "--samples",
+        type=click.IntRange(2),
+        default=default,
+        show_default=True,
+        help="Count of positions.",
+    )
+
+
+def elements(default: bool) -> Decorator:
+    """Return the flag by which springs of the description act."""
+    return click.option(
+        "--elements/--no-elements",
+        default=default,
+        help="With the springs, damping and friction that the description states for joints.",
+    )
+
+
+def outputs(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of what is written of a motion; they are fields of `Outputs`."""
+    drawn = ".png", ".svg", ".pdf"
+    for decorator in (
+        written("--plot", "plot", "Draw the joints: .png, .svg or .pdf.", *drawn),
+        written("--parquet", "parquet", "Write a Parquet file.", ".parquet"),
+        written("--json", "json", "Write JSON; - prints it.", ".json", dash=True),
+        written("--csv", "csv", "Write a CSV file; - prints it.", ".csv", dash=True),
+    ):
+        command = decorator(command)
+    return repeated("--joint", "joints", "JOINT", "Take only this joint")(command)
+
+
+def head(*names: str) -> Decorator:
+    """Return the options of what stands at the head of a page."""
+
+    def add(command: Callable[..., Any]) -> Callable[..., Any]:
+        for name in reversed(names):
+            text = f"At the head of the page{'; today without' * (name == 'date')}."
+            command = click.option(f"--{name}", metavar="TEXT", help=text)(command)
+        return command
+
+    return add
 
 
 class _Gravity(Quantity):

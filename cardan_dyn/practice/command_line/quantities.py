@@ -39,6 +39,13 @@ _KINDS = {
 }
 """What there is of a coordinate, to the dimension and the unit of a bare number: of one that turns,
 and of a slide."""
+
+
+def per_minute(speed: float) -> float:
+    """Return a speed [rad/s] in 1/min."""
+    return speed * 30.0 / np.pi
+
+
 _UNITS = {"deg": ("°", np.pi / 180.0), "1/min": ("1/min", np.pi / 30.0)}
 """Units that are not of the SI, as they are printed, and their values in it."""
 
@@ -97,7 +104,7 @@ def positions(
     return by_coordinate(mechanism, "position", pairs, option, "JOINT=VALUE, as joint_angle=30")
 
 
-def near(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, float] | str | None:
+def nearest(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, float] | str | None:
     """Return the positions near which loops are closed, or the name of a keyframe.
 
     Raises:
@@ -134,6 +141,29 @@ def efforts(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, Any]:
         moment = [units.read(word, "torque", at, "N·m") for word in words[3:]]
         found[name] = Wrench(force, moment or (0.0, 0.0, 0.0), frame)
     return found
+
+
+def of_scene(
+    mechanism: Mechanism,
+    *,
+    drive: tuple[str, ...] = (),
+    held: Sequence[str] = (),
+    near: Sequence[str] = (),
+    loads: Sequence[str] = (),
+    gravity: tuple[float, float, float] | str | None = None,
+) -> dict[str, Any]:
+    """Return what options of several commands say of a scene, as `default_scene` takes it.
+
+    Raises:
+        CardanError: see `positions`, `nearest` and `efforts`.
+    """
+    return {
+        "drive": drive,
+        "held": positions(mechanism, held),
+        "near": nearest(mechanism, near),
+        "loads": efforts(mechanism, loads),
+        "gravity": gravity,
+    }
 
 
 def by_joint(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from pathlib import Path
 
 import click
@@ -11,8 +12,7 @@ from ...core.mechanics.exact import load
 from ...scene.usual_motion import default_scene
 from ..report.case import case_of
 from ..report.grids import stem_of
-from ..report.reporting import Report
-from ..report.side_by_side import Reports
+from ..report.reporting import Report, Reports
 from .options import Written
 from .quantities import assigned, efforts, ends_of, value_of
 from .quantities import positions as positions_of
@@ -31,12 +31,8 @@ def run(
     gravity: tuple[float, float, float] | str | None,
     elements: bool,
     samples: int,
-    title: str,
-    project: str,
-    author: str,
-    date: str,
-    revision: str,
     strict: bool,
+    **head: str | None,
 ) -> None:
     """Report on a mechanism; see `report_options`.
 
@@ -58,11 +54,10 @@ def run(
         driven = (drive or default_scene(mechanism, held=fixed).drives)[0]
         interval = None if ends is None else ends_of(mechanism, driven, ends)
         if speed is not None:
-            every = speed.split(",")
+            every = _several(speed, "--speed")
             rates = [value_of(mechanism, driven, "speed", one, "--speed") for one in every]
-    listed = {name: text.split(",") for name, text in assigned(loads, "--load").items()}
-    head = {"title": title, "project": project, "author": author}
-    head |= {"date": date, "revision": revision}
+    given = assigned(loads, "--load")
+    listed = {name: _several(text, f"--load {name}") for name, text in given.items()}
     reports = []
     for rate, values in itertools.product(rates, itertools.product(*listed.values())):
         pairs = zip(listed, values, strict=True)
@@ -78,7 +73,19 @@ def run(
             elements=elements,
             samples=samples,
         )
-        reports.append(Report.of_case(mechanism, case, **head))
+        reports.append(Report(case, **{name: text or "" for name, text in head.items()}))
     found: Report | Reports = reports[0] if len(reports) == 1 else Reports(reports)
     click.echo(found)
     click.echo(f"Report: {found.save(file, scene=with_scene)}")
+
+
+def _several(text: str, option: str) -> list[str]:
+    """Return values with commas between them, and say how one is read that may be a decimal."""
+    values = text.split(",")
+    if re.fullmatch(r"\s*[-+]?\d+,\d+\D*", text):
+        click.echo(
+            f"{option} {text} is read as two load cases, {' and '.join(values)}; one number with "
+            f"decimals has a point: {'.'.join(values)}",
+            err=True,
+        )
+    return values

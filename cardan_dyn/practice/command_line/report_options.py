@@ -20,20 +20,10 @@ from .group import Command
 @options.held
 @options.loads
 @options.gravity
-@click.option(
-    "--elements/--no-elements",
-    default=False,
-    help="With the springs, damping and friction that the description states for joints.",
-)
-@click.option(
-    "--samples", type=click.IntRange(2), default=721, show_default=True, help="Count of positions."
-)
+@options.elements(False)
+@options.samples(721)
 @click.option("--scene/--no-scene", default=True, help="Put the moving scene on the page.")
-@click.option("--title", default="", help="Of the page; the mechanism's name without.")
-@click.option("--project", default="", help="For the head of the page.")
-@click.option("--author", default="", help="Likewise.")
-@click.option("--date", default="", help="Likewise; today without.")
-@click.option("--revision", default="", help="Likewise.")
+@options.head("title", "project", "author", "date", "revision")
 @options.strict
 def report(source: str, file: Path | None, scene: bool, **given: Any) -> None:
     """Report on a mechanism: the page that is filed.

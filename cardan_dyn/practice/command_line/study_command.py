@@ -243,13 +243,12 @@ def _axis(name: str, given: object) -> tuple[Any, str]:
             raise ArgumentError(
                 f'{name}: write values = ["5 deg", "10 deg"], or from, to and count'
             )
-        pairs = [_number(name, value) for value in values]
-        return np.array([value for value, _ in pairs]), _one_unit(name, [unit for _, unit in pairs])
+        found, unit = _numbers(name, values)
+        return np.array(found), unit
     if set(axis) != {"from", "to", "count"}:
         raise ArgumentError(f'{name}: write {{ from = "5 deg", to = "30 deg", count = 26 }}')
-    first, last = _number(f"{name}.from", axis["from"]), _number(f"{name}.to", axis["to"])
-    count = whole(f"{name}.count", axis["count"], 2)
-    return Line(first[0], last[0], count), _one_unit(name, [first[1], last[1]])
+    (first, last), unit = _numbers(name, [axis["from"], axis["to"]])
+    return Line(first, last, whole(f"{name}.count", axis["count"], 2)), unit
 
 
 def _law(name: str, given: object) -> tuple[Any, str]:
@@ -265,12 +264,11 @@ def _law(name: str, given: object) -> tuple[Any, str]:
     kind, numbers = next(iter(law.items()))
     if not isinstance(numbers, list) or len(numbers) != 2:
         raise ArgumentError(f"{name}.{kind} is {described(numbers)}, expected two numbers")
-    (first, unit), (second, other) = (_number(f"{name}.{kind}", item) for item in numbers)
-    told = _one_unit(name, [unit, other])
+    (first, second), unit = _numbers(f"{name}.{kind}", numbers)
     if second <= (0.0 if kind == "normal" else first):
         raise ArgumentError(f"{name}.{kind}: the second number is too small")
     law_of = stats.norm(first, second) if kind == "normal" else stats.uniform(first, second - first)
-    return law_of, told
+    return law_of, unit
 
 
 def _number(name: str, given: object) -> tuple[float, str]:
@@ -284,10 +282,12 @@ def _number(name: str, given: object) -> tuple[float, str]:
     return read_any(given, name)
 
 
-def _one_unit(name: str, units: list[str]) -> str:
+def _numbers(name: str, given: list[object]) -> tuple[list[float], str]:
+    """Return numbers with one unit, in SI units, and that unit."""
+    numbers, units = zip(*(_number(name, item) for item in given), strict=True)
     if len(set(units)) > 1:
         raise ArgumentError(f"{name}: numbers are in {choices(units)}; give them in one kind")
-    return units[0]
+    return list(numbers), units[0]
 
 
 def _table(told: Mapping[str, Any], name: str, known: tuple[str, ...]) -> dict[str, Any]:

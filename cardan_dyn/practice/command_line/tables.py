@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
+from rich.align import Align
+from rich.box import SIMPLE_HEAD
 from rich.cells import cell_len
 from rich.console import Console
+from rich.table import Table
 from rich.text import Text
 
 Cell = str | Text
-_BETWEEN = (2, 1)
-"""Columns between two cells: as many as there is room for."""
 
 
 class _Console(Console):
@@ -54,91 +56,71 @@ def show(
     """
     printer = console()
     if title:
-        printer.print(Text(title, style="bold"))
-    least = [
-        max(_words(text, index in texts) for text in (*heading.splitlines(), *_column(rows, index)))
+        say(title, "bold")
+    columns = [
+        [*heading.splitlines(), *(str(row[index]) for row in rows if not isinstance(row, str))]
         for index, heading in enumerate(headings)
     ]
-    room = printer.width - sum(least)
-    between = next((gap for gap in _BETWEEN if gap * (len(least) - 1) <= room), None)
+    # A cell needs its longest word if it may be wrapped.
+    widths = [
+        max(cell_len(word) for text in column for word in (text.split() if k in texts else [text]))
+        for k, column in enumerate(columns)
+    ]
+    room = printer.width - sum(widths)
+    between = next((gap for gap in (2, 1) if gap * (len(widths) - 1) <= room), None)
     if between is None:
-        _print_records(printer, headings, rows)
+        _print_records(headings, rows)
     else:
-        room -= between * (len(least) - 1)
+        room -= between * (len(widths) - 1)
         for index in texts:
-            whole = max(map(cell_len, (headings[index], *_column(rows, index))))
-            more = max(0, min(whole - least[index], room))
-            least[index], room = least[index] + more, room - more
-        _print_lines(printer, headings, rows, texts, least, " " * between)
+            more = max(0, min(max(map(cell_len, columns[index])) - widths[index], room))
+            widths[index], room = widths[index] + more, room - more
+        _print_lines(headings, rows, texts, widths, between)
     if caption:
-        printer.print(Text(caption, style="dim"))
-
-
-def _column(rows: Sequence[Sequence[Cell] | str], index: int) -> list[str]:
-    return [str(row[index]) for row in rows if not isinstance(row, str)]
-
-
-def _words(text: str, wraps: bool) -> int:
-    """Return the width that a cell needs: of its longest word if it may be wrapped."""
-    return max(map(cell_len, text.split() if wraps else [text]), default=0)
+        say(caption, "dim")
 
 
 def _print_lines(
-    printer: Console,
     headings: Sequence[str],
     rows: Sequence[Sequence[Cell] | str],
     texts: Sequence[int],
-    widths: list[int],
-    between: str,
+    widths: Sequence[int],
+    between: int,
 ) -> None:
     """Print rows as lines, as many as their cells need."""
-
-    def line(cells: Sequence[Cell], at_bottom: bool = False) -> None:
-        wrapped = []
-        for cell, width in zip(cells, widths, strict=True):
-            text = Text(cell) if isinstance(cell, str) else cell
-            wrapped.append(list(text.wrap(printer, width)) or [Text()])
-        height = max(map(len, wrapped))
-        for index, lines in enumerate(wrapped):
-            empty = [Text() for _ in range(height - len(lines))]
-            wrapped[index] = empty + lines if at_bottom else lines + empty
-        for parts in zip(*wrapped, strict=True):
-            for index, part in enumerate(parts):
-                part.rstrip()
-                part.align("left" if index in texts else "right", widths[index])
-            joined = Text(between).join(parts)
-            joined.rstrip()
-            printer.print(joined, no_wrap=True, overflow="ignore", crop=False)
-
-    line(headings, at_bottom=True)
-    printer.print(Text("─" * (sum(widths) + len(between) * (len(widths) - 1))))
+    printer, padding = console(), (0, between - 1, 0, 0)
+    table = Table(box=SIMPLE_HEAD, show_edge=False, padding=padding, pad_edge=False)
+    for index, (heading, width) in enumerate(zip(headings, widths, strict=True)):
+        side: Literal["left", "right"] = "left" if index in texts else "right"
+        head = Align(Text(heading, justify=side), side, vertical="bottom")
+        table.add_column(head, justify=side, width=width, header_style="")
     for row in rows:
-        if isinstance(row, str):
-            printer.print(Text(row, style="bold"))
-        else:
-            line(row)
+        table.add_row(*([Text(row, "bold")] if isinstance(row, str) else map(_text, row)))
+    for parts in printer.render_lines(table, pad=False):
+        line = Text.assemble(*((part.text, part.style or "") for part in parts))
+        line.rstrip()
+        printer.print(line, no_wrap=True)
 
 
-def _print_records(
-    printer: Console, headings: Sequence[str], rows: Sequence[Sequence[Cell] | str]
-) -> None:
+def _text(cell: Cell) -> Text:
+    return Text(cell) if isinstance(cell, str) else cell
+
+
+def _print_records(headings: Sequence[str], rows: Sequence[Sequence[Cell] | str]) -> None:
     """Print every row as its first cell, and below it the others beside their headings."""
-    names = [heading.replace("\n", " ") for heading in headings]
+    printer, names = console(), [heading.replace("\n", " ") for heading in headings]
     width = max(map(cell_len, names[1:]), default=0)
     for row in rows:
-        if isinstance(row, str):
-            printer.print(Text(row, style="bold"))
-            continue
-        printer.print(Text(str(row[0]), style="bold"))
-        for name, cell in zip(names[1:], row[1:], strict=True):
+        first, *others = [row] if isinstance(row, str) else row
+        say(str(first), "bold")
+        for name, cell in zip(names[1:], others, strict=False):
             if not str(cell):
                 continue
-            text = Text(cell) if isinstance(cell, str) else cell
-            margin = Text("  ") + Text(name.ljust(width)) + Text("  ")
-            if printer.width - cell_len(margin.plain) < _words(str(cell), True):
-                printer.print(Text("  ") + Text(name))
-                margin = Text("    ")
-            for part in text.wrap(printer, max(1, printer.width - cell_len(margin.plain))):
+            margin = f"  {name.ljust(width)}  "
+            if printer.width - cell_len(margin) < max(map(cell_len, str(cell).split())):
+                say(f"  {name}")
+                margin = "    "
+            for part in _text(cell).wrap(printer, max(1, printer.width - cell_len(margin))):
                 part.rstrip()
-                printer.print(margin + part, no_wrap=True, overflow="ignore", crop=False)
-                margin = Text(" " * cell_len(margin.plain))
+                printer.print(Text(margin) + part, no_wrap=True, overflow="ignore", crop=False)
+                margin = " " * cell_len(margin)

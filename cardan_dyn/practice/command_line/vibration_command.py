@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -24,63 +24,31 @@ from ...motion.vibration.results.periodic_motion import search_of
 from ...motion.vibration.results.resonance import numbered_campbell
 from ...scene.presets import Preset, preset_of
 from ...scene.scene import Scene
-from .quantities import efforts, positions
+from .quantities import of_scene, per_minute, positions
 from .tables import say, show
 
 if TYPE_CHECKING:
     from ..viewer.viewing import View
 
-_PER_MINUTE = 30.0 / np.pi
-"""One rad/s [1/min]."""
-_SLOW = 1e-3
-"""Part of the lowest natural frequency at which modes at rest are found: gyroscopic terms change
-them by about as much, which does not matter for a range."""
-_BELOW, _ABOVE = 0.2, 1.25
-"""Ends of the range of speeds unless it is given, as fractions of the lowest and of the greatest
-natural frequency: a little below a quarter of the lowest, and above what unbalance excites."""
-_SPEEDS, _CHART_SPEEDS, _CHART_ANGLES = 241, 61, 25
-"""Samples of figures."""
 
-
-class RigOptions(NamedTuple):
-    """What turns and what is free.
-
-    Attributes:
-        drive: joint that turns at constant speed; that of the preset if None.
-        free: free coordinates; all that have a spring in the description if empty.
-        held: held joints and positions, as `quantities.positions` reads them.
-        loads: joints and efforts, as `quantities.efforts` reads them.
-        gravity: acceleration of free fall [m/s²], or `description`.
-    """
-
-    drive: str | None = None
-    free: tuple[str, ...] = ()
-    held: tuple[str, ...] = ()
-    loads: tuple[str, ...] = ()
-    gravity: tuple[float, float, float] | str | None = None
-
-
-class Drawn(NamedTuple):
-    """What is written beside the table.
-
-    Attributes:
-        directory: of the figures; none are drawn if None.
-        chart: joint and greatest angle [rad] of a chart of stability; none if None.
-        as_json: print JSON instead of the table.
-    """
-
-    directory: Path | None = None
-    chart: tuple[str, float] | None = None
-    as_json: bool = False
-
-
-def rig_scene(source: str, options: RigOptions, strict: bool = True) -> Scene:
+def rig_scene(
+    source: str,
+    *,
+    drive: str | None = None,
+    free: tuple[str, ...] = (),
+    held: tuple[str, ...] = (),
+    strict: bool = True,
+    **acting: Any,
+) -> Scene:
     """Return the scene of a rig: its drive first, then its free coordinates, with its springs.
 
     Args:
         source: name of a bundled description, or a path.
-        options: what turns and what is free.
+        drive: joint that turns at constant speed; that of the preset if None.
+        free: free coordinates; all that have a spring in the description if empty.
+        held: held joints and positions, as `quantities.positions` reads them.
         strict: refuse physically inconsistent inertias.
+        acting: loads and gravity, see `quantities.of_scene`.
 
     Raises:
         ArgumentError: nothing is free, or nothing turns.
@@ -88,29 +56,30 @@ def rig_scene(source: str, options: RigOptions, strict: bool = True) -> Scene:
     """
     mechanism = load(source, strict=strict)
     preset = preset_of(mechanism) or Preset(mechanism.independent_coordinates)
-    given = positions(mechanism, options.held)
-    taken = {*given, options.drive}
-    free = options.free or tuple(name for name in mechanism.joint_springs if name not in taken)
+    told = of_scene(mechanism, held=held, **acting)
+    given = told["held"]
+    taken = {*given, drive}
+    free = free or tuple(name for name in mechanism.joint_springs if name not in taken)
     if not free:
         raise ArgumentError(
             f"{mechanism.name} has no free coordinate: none of its joints has a spring, unless it "
             'is driven or held; state one as <dynamics spring_stiffness="..." damping="..."/> of '
             "a joint"
         )
-    drive = options.drive or next((name for name in preset.drive if name not in free), None)
+    drive = drive or next((name for name in preset.drive if name not in free), None)
     if drive is None:
         left = [name for name in mechanism.drivable if name not in (*free, *given)]
         if len(left) != 1:
             raise ArgumentError(f"nothing says what turns: give --drive, one of {choices(left)}")
         (drive,) = left
-    held = {**{name: float(np.deg2rad(angle)) for name, angle in preset.held_deg.items()}, **given}
+    rest = {**{name: float(np.deg2rad(angle)) for name, angle in preset.held_deg.items()}, **given}
     return Scene(
         mechanism,
         drive=drive,
         free=free,
-        held={name: value for name, value in held.items() if name not in (drive, *free)},
-        loads=efforts(mechanism, options.loads),
-        gravity=options.gravity,
+        held={name: value for name, value in rest.items() if name not in (drive, *free)},
+        loads=told["loads"],
+        gravity=told["gravity"],
         elements=described_elements(mechanism),
     )
 
@@ -130,27 +99,33 @@ def found_speeds(
         CardanError: as `critical_speeds` does.
     """
     if speed is None:
+        # From a little below a quarter of the lowest, up to above what unbalance excites.
         at_rest = _frequencies(scene)
-        speed = _BELOW * at_rest[0], _ABOVE * at_rest[-1]
+        speed = 0.2 * at_rest[0], 1.25 * at_rest[-1]
     return critical_speeds(scene, np.array(speed), orders=orders or None)
 
 
-def run(scene: Scene, found: CriticalSpeeds, drawn: Drawn) -> None:
-    """Print critical speeds and draw what is wanted.
+def run(
+    scene: Scene,
+    found: CriticalSpeeds,
+    directory: Path | None,
+    chart: tuple[str, float] | None,
+    as_text: bool,
+) -> None:
+    """Print critical speeds, as a table or as JSON, and draw what is wanted; see `save_figures`.
 
     Raises:
         MissingExtraError: an extra is not installed.
         ArgumentError: a figure cannot be written.
         CardanError: as `forced_response` and `floquet` do.
     """
-    if drawn.as_json:
-        click.echo(as_json(found))
-    else:
+    if as_text:
         print_table(found)
-    if (directory := drawn.directory) is None:
-        return
-    save_figures(scene, found, directory, drawn.chart)
-    click.echo(f"Figures: {directory}", err=drawn.as_json)
+    else:
+        click.echo(as_json(found))
+    if directory is not None:
+        save_figures(scene, found, directory, chart)
+        click.echo(f"Figures: {directory}", err=not as_text)
 
 
 def save_figures(
@@ -172,7 +147,7 @@ def save_figures(
     """
     from ...figures import save
 
-    speeds = np.linspace(found.low, found.high, _SPEEDS)
+    speeds = np.linspace(found.low, found.high, 241)
     plots = {
         "campbell": found.plot(),
         "orders": forced_response(scene, speeds, joints=()).plot(
@@ -182,9 +157,8 @@ def save_figures(
     }
     if chart is not None:
         joint, greatest = chart
-        angles = np.linspace(0.0, greatest, _CHART_ANGLES)
-        coarse = np.linspace(found.low, found.high, _CHART_SPEEDS)
-        plots["chart"] = floquet(scene, coarse, held={joint: angles}).plot()
+        angles = np.linspace(0.0, greatest, 25)
+        plots["chart"] = floquet(scene, speeds[::4], held={joint: angles}).plot()
     return [path for name, plot in plots.items() for path in save(plot, directory / name)]
 
 
@@ -210,7 +184,7 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
     mode = number - 1
     hertz = found.frequency[0, mode] / (2.0 * np.pi)
     title = (
-        f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {speed * _PER_MINUTE:.4g} 1/min"
+        f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {per_minute(speed):.4g} 1/min"
     )
     swing = mode_sweep(scene, found.shape[0][:, mode])
     return view(
@@ -226,7 +200,7 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
 
 def print_table(found: CriticalSpeeds) -> None:
     """Print critical speeds, ascending."""
-    ends = f"{found.low * _PER_MINUTE:.4g} to {found.high * _PER_MINUTE:.4g} 1/min"
+    ends = f"{per_minute(found.low):.4g} to {per_minute(found.high):.4g} 1/min"
     name = found.scene.mechanism.name
     if not len(found):
         say(f"{name}: no critical speed from {ends}")
@@ -240,7 +214,9 @@ def print_table(found: CriticalSpeeds) -> None:
         title=f"{name}: critical speeds from {ends}",
         texts=(1,),
     )
-    texts = [f"{_name(row)} {jumps}" for row in found if (jumps := row.jumps("1/min", _PER_MINUTE))]
+    texts = [
+        f"{_name(row)} {jumps}" for row in found if (jumps := row.jumps("1/min", per_minute(1.0)))
+    ]
     texts += found.remarks
     texts.append(
         "severity: greatest amplitude of a resonance [rad, of slides m], growth of an instability; "
@@ -299,7 +275,8 @@ def _frequencies(scene: Scene) -> np.ndarray:
     """Return the natural frequencies near rest that are not zero, ascending [rad/s]."""
     # The first speed only says how slow is slow.
     scale = float(np.nanmax(campbell(scene, np.array([1.0])).frequency, initial=0.0))
-    found = campbell(scene, np.array([_SLOW * (scale or 1.0)])).frequency[0]
+    # Gyroscopic terms change modes by about a thousandth then, which is nothing for a range.
+    found = campbell(scene, np.array([1e-3 * (scale or 1.0)])).frequency[0]
     swings = np.sort(found[np.isfinite(found) & (found > 0.0)])
     if not len(swings):
         raise ArgumentError("no mode swings near rest: give the range of speeds, --speed")
@@ -313,7 +290,7 @@ def _name(row: CriticalSpeed) -> str:
 def _cells(row: CriticalSpeed) -> tuple[str, ...]:
     """Return a row of the table."""
     speed, lower, upper = (
-        "" if np.isnan(value) else f"{value * _PER_MINUTE:.5g}"
+        "" if np.isnan(value) else f"{per_minute(value):.5g}"
         for value in (row.speed, row.lower, row.upper)
     )
     if row.kind != "resonance":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -50,11 +51,6 @@ from .showing import export, serve
 @options.strict
 def vibration(
     source: str,
-    drive: str | None,
-    free: tuple[str, ...],
-    held: tuple[str, ...],
-    loads: tuple[str, ...],
-    gravity: tuple[float, float, float] | str | None,
     speed: tuple[float, float] | None,
     orders: tuple[float, ...],
     directory: Path | None,
@@ -63,7 +59,7 @@ def vibration(
     file: Path | None,
     open_browser: bool,
     as_json: bool,
-    strict: bool,
+    **given: Any,
 ) -> None:
     """Find the critical speeds of a mechanism on springs.
 
@@ -72,17 +68,17 @@ def vibration(
     NAME_OR_FILE is a bundled description or a file that states springs of joints, as
     elastic_thoma_rig does.
     """
-    from .vibration_command import Drawn, RigOptions, chart_of, found_speeds, mode_view, rig_scene
+    from .vibration_command import chart_of, found_speeds, mode_view, rig_scene
     from .vibration_command import run as show
 
     if chart is not None and directory is None:
         raise click.UsageError("--chart needs --figures")
     if file is not None and mode is None:
         raise click.UsageError("--export needs --mode")
-    scene = rig_scene(source, RigOptions(drive, free, held, loads, gravity), strict)
-    wanted = Drawn(directory, chart_of(scene, chart), as_json)
+    scene = rig_scene(source, **given)
+    drawn = chart_of(scene, chart)
     found = found_speeds(scene, speed, orders)
-    show(scene, found, wanted)
+    show(scene, found, directory, drawn, not as_json)
     if mode is not None:
         shown = mode_view(scene, mode, found.low)
         if file is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,50 +29,43 @@ from .grids import place
 
 STANDING = "(stands)"
 """Name of the joint beside a mechanism that cannot move; nothing hangs on it."""
-_CLEAR = (1e-3, 1e-2, 0.05)
-"""Parts of a range by which ends that are dead points are kept clear of; the first that suffices
-counts. Wrenches grow without limit towards a dead point."""
 
 
 class Case(NamedTuple):
     """What is computed.
 
     Attributes:
+        mechanism: as it was loaded.
         sweep: the sweep; None if the mechanism cannot be moved or held.
         said: how it is driven and why, and what was done otherwise than asked.
         box: `(d, 2)` ranges of several drives [rad or m] that are looked through besides.
     """
 
+    mechanism: Mechanism
     sweep: Sweep | None
-    said: tuple[str, ...]
+    said: tuple[str, ...] = ()
     box: Array | None = None
 
 
 def case_of(
     mechanism: Mechanism,
     *,
-    drive: tuple[str, ...] = (),
-    held: Mapping[str, ArrayLike] | None = None,
-    loads: Mapping[str, float] | None = None,
-    gravity: ArrayLike | str | None = None,
     speed: float | None = None,
     interval: tuple[float, float] | None = None,
     elements: bool = False,
     samples: int = 721,
+    **given: Any,
 ) -> Case:
     """Return the case of a mechanism: as given, or else as is usual, see `usual_motion`.
 
     Args:
         mechanism: from `load`.
-        drive: driven joints.
-        held: joints to positions [rad or m].
-        loads: joints to efforts [N·m or N].
-        gravity: `(3,)` [m/s²], or `"description"`.
         speed: of a single drive [rad/s or m/s].
         interval: between which positions of a single drive [rad or m]; it is shortened where the
             mechanism does not get there.
         elements: whether the springs, dampers and friction of the description act.
         samples: count of positions.
+        given: what drives and acts, see `default_scene`.
 
     Raises:
         ArgumentError: an interval of several drives, or an empty one.
@@ -80,19 +73,17 @@ def case_of(
     """
     found = describe(mechanism)
     if found.mobility <= len(found.idle_rods):  # Rods that spin about their lines need no drive.
-        if drive or held or interval:
+        if interval or given.get("drive") or given.get("held"):
             raise MobilityError(
                 f"{mechanism.name} cannot move: there is nothing to be driven or held", mobility=0
             )
-        return _standing(mechanism, loads, gravity)
+        return _standing(mechanism, given.get("loads"), given.get("gravity"))
     try:
-        motion = usual_motion(
-            mechanism, drive=drive, held=held, loads=loads, gravity=gravity, samples=samples
-        )
+        motion = usual_motion(mechanism, samples=samples, **given)
     except CardanError as error:
-        if drive or held or loads:
+        if any(given.get(name) for name in ("drive", "held", "loads")):
             raise
-        return Case(None, (f"Nothing was computed: {error}.",))
+        return Case(mechanism, None, (f"Nothing was computed: {error}.",))
     scene, said = motion.scene, f"As is usual: {motion.said}."
     acting = described_elements(scene.mechanism) if elements else ()
     if acting:
@@ -118,15 +109,20 @@ def case_of(
     if len(scene.drives) > 1:
         if speed is not None:
             raise ArgumentError("a speed is that of a single drive; hold all but one of them")
-        return Case(scene.sweep(positions), tuple(remarks), motion.box)
+        return Case(mechanism, scene.sweep(positions), tuple(remarks), motion.box)
     try:
-        return Case(scene.sweep(positions, speed=rate), tuple(remarks))
+        return Case(mechanism, scene.sweep(positions, speed=rate), tuple(remarks))
     except (AssemblyError, SingularConfigurationError, AccuracyError) as error:
-        return _shortened(scene, positions, rate, remarks, error)
+        return _shortened(mechanism, scene, positions, rate, remarks, error)
 
 
 def _shortened(
-    scene: Scene, positions: Array, speed: float, remarks: list[str], error: CardanError
+    mechanism: Mechanism,
+    scene: Scene,
+    positions: Array,
+    speed: float,
+    remarks: list[str],
+    error: CardanError,
 ) -> Case:
     """Return the case over that part of a range which the mechanism reaches from its start."""
     low, high = scene.motion_range()
@@ -134,7 +130,8 @@ def _shortened(
     bottom, top = max(asked[0], low), min(asked[1], high)
     if bottom >= top:
         raise error
-    for clear in _CLEAR:
+    # Wrenches grow without limit towards a dead point: the first distance that suffices is kept.
+    for clear in (1e-3, 1e-2, 0.05):
         first = bottom + clear * (top - bottom) * (bottom > asked[0])
         last = top - clear * (top - bottom) * (top < asked[1])
         try:
@@ -149,7 +146,7 @@ def _shortened(
         text = (
             f"The range was shortened, {shown}: {why}, towards which wrenches grow without limit."
         )
-        return Case(sweep, (*remarks, text))
+        return Case(mechanism, sweep, (*remarks, text))
     raise error
 
 
@@ -181,7 +178,9 @@ def _standing(
         )
         sweep = scene.sweep(0.0)
     except CardanError as error:
-        return Case(None, (f"Nothing was computed: {error}.",))
+        return Case(mechanism, None, (f"Nothing was computed: {error}.",))
     return Case(
-        sweep, ("The mechanism cannot move: its wrenches at rest are those of a structure.",)
+        mechanism,
+        sweep,
+        ("The mechanism cannot move: its wrenches at rest are those of a structure.",),
     )

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,11 +43,9 @@ def torque_ratio(turn: Sweep) -> Figure:
         ArgumentError: `joint_angle` is not held, or no torque passes through the joint.
     """
     beta = _held_angle(turn)
-    figure, axes, line = _axes("Torque ratio of the universal joint", beta, "D₂/D₁ [–]", turn)
     computed = _ratio(-turn[_OUTPUT].torsion, turn[_INPUT].torsion)
-    _draw(axes, 0, "D₂/D₁", turn, computed, line, grossmann.moments(beta, line).torsion_2)
-    legend(figure)
-    return figure
+    curve = _Curve("D₂/D₁", turn, computed, lambda at: grossmann.moments(beta, at).torsion_2)
+    return _figure("Torque ratio of the universal joint", beta, "D₂/D₁ [–]", curve)
 
 
 def bending_polar(turn: Sweep) -> Figure:
@@ -83,17 +84,24 @@ def thoma_bending(turn: Sweep) -> Figure:
     Arguments and errors are those of `torque_ratio`.
     """
     beta = _held_angle(turn)
-    figure, axes, line = _axes(
-        "Bending of the output shaft in fixed axes", beta, "$M/M_t$ [–]", turn
+    torque, (m_x, m_z) = -turn[_OUTPUT].torsion, thoma_moments(turn)
+    return _figure(
+        "Bending of the output shaft in fixed axes",
+        beta,
+        "$M/M_t$ [–]",
+        _Curve(
+            "$M_x/M_t$ (6)",
+            turn,
+            _ratio(m_x, torque),
+            lambda at: thoma.bending_moments(beta, at)[0],
+        ),
+        _Curve(
+            "$M_z/M_t$ (7)",
+            turn,
+            _ratio(m_z, torque),
+            lambda at: thoma.bending_moments(beta, at)[1],
+        ),
     )
-    closed = thoma.bending_moments(beta, line)
-    torque = -turn[_OUTPUT].torsion
-    for index, (label, moment) in enumerate(
-        zip(("$M_x/M_t$ (6)", "$M_z/M_t$ (7)"), thoma_moments(turn), strict=True)
-    ):
-        _draw(axes, index, label, turn, _ratio(moment, torque), line, closed[index])
-    legend(figure)
-    return figure
 
 
 def speed_ratio(joint_turn: Sweep, shaft_turn: Sweep) -> Figure:
@@ -108,31 +116,23 @@ def speed_ratio(joint_turn: Sweep, shaft_turn: Sweep) -> Figure:
         ArgumentError: `joint_angle` of the universal joint is not held.
     """
     beta = _held_angle(joint_turn)
-    title = "Speed ratio, output to input"
-    figure, axes, line = _axes(title, beta, "ω₂/ω₁ [–]", joint_turn, shaft_turn)
-    for index, (label, turn, closed) in enumerate(
-        (
-            ("universal joint", joint_turn, single_joint.speed_ratio(beta, line)),
-            ("double shaft", shaft_turn, np.ones_like(line)),
-        )
-    ):
-        _draw(axes, index, label, turn, turn.motion.ratio(_OUTPUT), line, closed)
-    legend(figure)
-    return figure
-
-
-def _draw(
-    axes: Axes, index: int, label: str, turn: Sweep, computed: Array, angle: Array, closed: Array
-) -> None:
-    """Draw a closed form over `angle` [rad], and values of a sweep over its input angles."""
-    axes.plot(np.rad2deg(angle), closed, **line_style(index), label=f"{label}, closed form")
-    shown = thinned(len(computed))
-    axes.plot(
-        np.rad2deg(turn.motion.position(_INPUT))[shown],
-        computed[shown],
-        **point_style(index),
-        label=f"{label}, Pinocchio",
+    one, both = (turn.motion.ratio(_OUTPUT) for turn in (joint_turn, shaft_turn))
+    return _figure(
+        "Speed ratio, output to input",
+        beta,
+        "ω₂/ω₁ [–]",
+        _Curve("universal joint", joint_turn, one, partial(single_joint.speed_ratio, beta)),
+        _Curve("double shaft", shaft_turn, both, np.ones_like),
     )
+
+
+class _Curve(NamedTuple):
+    """Values of a sweep, and the closed form of its input angle."""
+
+    label: str
+    turn: Sweep
+    computed: Array
+    closed: Callable[[Array], Array]
 
 
 def _held_angle(turn: Sweep) -> float:
@@ -148,11 +148,11 @@ def _held_angle(turn: Sweep) -> float:
     return float(beta)
 
 
-def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, Axes, Array]:
-    """Return axes over the input angle of sweeps, and the angles of lines in them [rad]."""
-    for turn in turns:
-        refuse_grid(turn)
-    angle = np.concatenate([turn.motion.position(_INPUT) for turn in turns])
+def _figure(title: str, beta: float, label: str, *curves: _Curve) -> Figure:
+    """Draw closed forms over the input angles of sweeps, and values of the sweeps."""
+    for curve in curves:
+        refuse_grid(curve.turn)
+    angle = np.concatenate([curve.turn.motion.position(_INPUT) for curve in curves])
     low, high = float(np.min(angle)), float(np.max(angle))
     if low == high:
         # A single position spans no range; the whole turn around it is drawn.
@@ -164,7 +164,15 @@ def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, A
     axes.set_title(f"{title}, β = {_deg(beta)}°")
     axes.set_ylabel(label)
     angle_axis(axes, INPUT_LABEL, line)
-    return figure, axes, line
+    for index, (name, turn, computed, closed) in enumerate(curves):
+        form = f"{name}, closed form"
+        axes.plot(np.rad2deg(line), closed(line), **line_style(index), label=form)
+        shown = thinned(len(computed))
+        places = np.rad2deg(turn.motion.position(_INPUT))[shown]
+        points = f"{name}, Pinocchio"
+        axes.plot(places, computed[shown], **point_style(index), label=points)
+    legend(figure)
+    return figure
 
 
 def _ratio(moment: Array, torque: Array) -> Array:

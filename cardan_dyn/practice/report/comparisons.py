@@ -7,6 +7,7 @@ come from `analytic`, which does not use Pinocchio.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TypeAlias
 
 import numpy as np
 
@@ -83,14 +84,12 @@ def thoma_moments(turn: Sweep) -> tuple[Array, Array]:
 def run() -> Comparisons:
     """Compare both bundled descriptions at all `BETAS_DEG`."""
     joint, shaft = load("universal_joint"), load("double_shaft_z")
-    return Comparisons(
-        comparison
-        for beta_deg in BETAS_DEG
-        for comparison in (
-            *_universal_joint(joint, beta_deg),
-            *_double_shaft(shaft, beta_deg),
-        )
-    )
+    errors: dict[_Key, dict[float, float]] = {}
+    for beta_deg in BETAS_DEG:
+        beta = float(np.deg2rad(beta_deg))
+        for key, error in (*_universal_joint(joint, beta), *_double_shaft(shaft, beta)):
+            errors.setdefault(key, {})[beta_deg] = error
+    return Comparisons(Comparison(*key, of) for key, of in errors.items())
 
 
 def deviation(computed: Array, reference: Array) -> float:
@@ -98,113 +97,65 @@ def deviation(computed: Array, reference: Array) -> float:
     return float(np.max(np.abs(computed - reference)) / np.max(np.abs(reference)))
 
 
-def _universal_joint(mechanism: Mechanism, beta_deg: float) -> Iterator[Comparison]:
-    beta = np.deg2rad(beta_deg)
+_Key: TypeAlias = tuple[str, str, str, float]
+"""What is compared: scene, quantity, source, tolerance."""
+
+
+def _universal_joint(mechanism: Mechanism, beta: float) -> Iterator[tuple[_Key, float]]:
     turn = universal_joint_turn(mechanism, beta)
-    wrench_in, wrench_out = turn["bearing_in"], turn["bearing_out"]
-    closed = grossmann.moments(beta, POSITIONS)
+    wrench_in, wrench_out, motion = turn["bearing_in"], turn["bearing_out"], turn.motion
+    closed, angle = grossmann.moments(beta, POSITIONS), motion.position("bearing_out")
     m_x, m_z = thoma.bending_moments(beta, POSITIONS)
     computed_x, computed_z = thoma_moments(turn)
-    motion = turn.motion
-
-    def compared(quantity: str, source: str, computed: Array, reference: Array) -> Comparison:
-        error = deviation(computed, reference)
-        return Comparison(
-            "universal joint", quantity, source, beta_deg, error, CLOSED_FORM_TOLERANCE
-        )
-
-    yield compared(
-        "output angle φ₂",
-        "Thoma (4)",
-        motion.position("bearing_out"),
-        single_joint.output_angle(beta, POSITIONS),
+    ratio, torque = motion.ratio("bearing_out"), wrench_in.torsion
+    out = -wrench_out.torsion / torque
+    bent_in, bent_out = wrench_in.bending / torque, wrench_out.bending / torque
+    output, speed = (
+        law(beta, POSITIONS) for law in (single_joint.output_angle, single_joint.speed_ratio)
     )
-    yield compared(
-        "speed ratio dφ₂/dφ₁",
-        "Weisbach § 26",
-        motion.ratio("bearing_out"),
-        single_joint.speed_ratio(beta, POSITIONS),
-    )
-    yield compared(
-        "bending, input shaft B₁/D₁",
-        "Grossmann (6)",
-        wrench_in.bending / wrench_in.torsion,
-        closed.bending_1,
-    )
-    yield compared(
-        "torque ratio D₂/D₁",
-        "Grossmann (7)",
-        -wrench_out.torsion / wrench_in.torsion,
-        closed.torsion_2,
-    )
-    yield compared(
-        "bending, output shaft B₂/D₁",
-        "Grossmann (8) corr.",
-        wrench_out.bending / wrench_in.torsion,
-        closed.bending_2,
-    )
-    yield compared("bending M_x/M_t", "Thoma (6)", computed_x / TORQUE, m_x)
-    yield compared("bending M_z/M_t", "Thoma (7)", computed_z / TORQUE, m_z)
+    scene = "universal joint"
+    for quantity, source, computed, reference in (
+        ("output angle φ₂", "Thoma (4)", angle, output),
+        ("speed ratio dφ₂/dφ₁", "Weisbach § 26", ratio, speed),
+        ("bending, input shaft B₁/D₁", "Grossmann (6)", bent_in, closed.bending_1),
+        ("torque ratio D₂/D₁", "Grossmann (7)", out, closed.torsion_2),
+        ("bending, output shaft B₂/D₁", "Grossmann (8) corr.", bent_out, closed.bending_2),
+        ("bending M_x/M_t", "Thoma (6)", computed_x / TORQUE, m_x),
+        ("bending M_z/M_t", "Thoma (7)", computed_z / TORQUE, m_z),
+    ):
+        yield (scene, quantity, source, CLOSED_FORM_TOLERANCE), deviation(computed, reference)
     along_pins = max(
         float(np.max(np.abs(turn[pin].torsion) / np.linalg.norm(turn[pin].moment, axis=1)))
         for pin in ("pin_in", "pin_out")
     )
-    yield Comparison(
-        "universal joint",
-        "cross moment along its pins",
-        "none (Thoma)",
-        beta_deg,
-        along_pins,
-        CLOSED_FORM_TOLERANCE,
-    )
-    yield from _residuals("universal joint", beta_deg, universal_joint_turn(mechanism, beta, SPEED))
+    about = scene, "cross moment along its pins", "none (Thoma)", CLOSED_FORM_TOLERANCE
+    yield about, along_pins
+    yield from _residuals(scene, universal_joint_turn(mechanism, beta, SPEED))
 
 
-def _double_shaft(mechanism: Mechanism, beta_deg: float) -> Iterator[Comparison]:
-    beta = np.deg2rad(beta_deg)
+def _double_shaft(mechanism: Mechanism, beta: float) -> Iterator[tuple[_Key, float]]:
     turn = double_shaft_turn(mechanism, beta)
     # Joint 2 mirrors joint 1: seen from the output shaft, its fork has the position of the first.
-    closed = grossmann.moments(beta, POSITIONS)
-    torque = turn["bearing_in"].torsion
-
-    def compared(quantity: str, source: str, computed: Array, reference: Array) -> Comparison:
-        error = deviation(computed, reference)
-        return Comparison("double shaft", quantity, source, beta_deg, error, CLOSED_FORM_TOLERANCE)
-
-    ones = np.ones_like(POSITIONS)
-    yield compared(
-        "output angle = input angle",
-        "equal angles",
-        turn.motion.position("bearing_out"),
-        POSITIONS,
-    )
-    yield compared("speed ratio = 1", "equal angles", turn.motion.ratio("bearing_out"), ones)
-    yield compared(
-        "torque, intermediate shaft D₂/D₁",
-        "Grossmann (7)",
-        turn["slip"].torsion / torque,
-        closed.torsion_2,
-    )
-    for bearing, shaft in (("bearing_in", "input"), ("bearing_out", "output")):
-        yield compared(
-            f"bending, {shaft} shaft B₁/D₁",
-            "Grossmann (6)",
-            turn[bearing].bending / torque,
-            closed.bending_1,
-        )
-    yield from _residuals("double shaft", beta_deg, double_shaft_turn(mechanism, beta, SPEED))
+    closed, ones = grossmann.moments(beta, POSITIONS), np.ones_like(POSITIONS)
+    torque, equal = turn["bearing_in"].torsion, "equal angles"
+    angle, ratio = turn.motion.position("bearing_out"), turn.motion.ratio("bearing_out")
+    middle = turn["slip"].torsion / torque
+    bent_in, bent_out = (turn[name].bending / torque for name in ("bearing_in", "bearing_out"))
+    scene = "double shaft"
+    for quantity, source, computed, reference in (
+        ("output angle = input angle", equal, angle, POSITIONS),
+        ("speed ratio = 1", equal, ratio, ones),
+        ("torque, intermediate shaft D₂/D₁", "Grossmann (7)", middle, closed.torsion_2),
+        ("bending, input shaft B₁/D₁", "Grossmann (6)", bent_in, closed.bending_1),
+        ("bending, output shaft B₁/D₁", "Grossmann (6)", bent_out, closed.bending_1),
+    ):
+        yield (scene, quantity, source, CLOSED_FORM_TOLERANCE), deviation(computed, reference)
+    yield from _residuals(scene, double_shaft_turn(mechanism, beta, SPEED))
 
 
-def _residuals(scene: str, beta_deg: float, turn: Sweep) -> Iterator[Comparison]:
+def _residuals(scene: str, turn: Sweep) -> Iterator[tuple[_Key, float]]:
     for quantity, error in (
         ("Newton-Euler balance", turn.balance_residual),
         ("balance of power", turn.power_residual),
     ):
-        yield Comparison(
-            scene,
-            f"{quantity}, {SPEED:g} rad/s",
-            "laws of motion",
-            beta_deg,
-            error,
-            RESIDUAL_TOLERANCE,
-        )
+        yield (scene, f"{quantity}, {SPEED:g} rad/s", "laws of motion", RESIDUAL_TOLERANCE), error

@@ -11,17 +11,15 @@ from ...figures.style import Abscissa, Figure, Into, Size, in_look, over, plain,
 from ...figures.wrenches import MARK, along
 from ...kit.arrays import Array
 from ...kit.errors import ArgumentError, choices
+from .cases import Cases
 from .extremes import Extreme, quantities_of
 from .findings import Findings, task_rows
-
-MOST_DRAWN = 6
-"""Joints of one figure: its lines and diagrams can still be told apart."""
+from .page import BESIDE
 
 
 @in_look
 def courses(
-    reports: Sequence[Findings],
-    labels: Sequence[str],
+    cases: Cases,
     told: Sequence[Extreme],
     *,
     x: str = "",
@@ -35,8 +33,7 @@ def courses(
     that turns back least, or else the number of the sample.
 
     Args:
-        reports: on cases in which something is driven.
-        labels: of the lines.
+        cases: in which something is driven.
         told: which quantities, of which the first six are drawn.
         x: a coordinate, or a row of the task of all cases, to be drawn over instead.
         title: of the figure.
@@ -46,11 +43,11 @@ def courses(
     Raises:
         ArgumentError: other axes than are needed, or `x` is nothing to be drawn over.
     """
-    shown = told[:MOST_DRAWN]
+    shown = told[:BESIDE]
     size = (7.2, 1.0 + 1.8 * len(shown))
     drawn = sheet(len(shown), size=size, share_x=True, ax=ax, figsize=figsize)
-    sweeps = [sweep for report in reports if (sweep := report.drawn[0]) is not None]
-    every = _over(reports, sweeps, x)
+    sweeps = [sweep for report in cases.reports if (sweep := report.drawn[0]) is not None]
+    every, labels = _over(cases.reports, sweeps, x), cases.labels or ("",)
     for index, (sweep, label, at) in enumerate(zip(sweeps, labels, every, strict=True)):
         values = {(one.owner, one.name): one.values for one in quantities_of(sweep)}
         for panel, item in zip(drawn.panels, shown, strict=True):
@@ -69,7 +66,7 @@ def courses(
 
 def _over(reports: Sequence[Findings], sweeps: Sequence[Sweep], x: str) -> list[Abscissa]:
     """Return what each sweep is drawn over; all of them have the same label."""
-    rows = [task_rows(sweep) for sweep in sweeps]
+    rows = [{row.name: row for row in task_rows(sweep)} for sweep in sweeps]
     common = [name for name in rows[0] if all(name in of for of in rows)]
     drives = {report.drives for report in reports}
     if x and x not in common and x not in reports[0].mechanism.drivable:
@@ -81,10 +78,10 @@ def _over(reports: Sequence[Findings], sweeps: Sequence[Sweep], x: str) -> list[
         (x,) = reports[0].drives
     if x in reports[0].mechanism.drivable:
         return [along(sweep, x) for sweep in sweeps]
-    one_way = {name: min(_one_way(of[name][0]) for of in rows) for name in common}
+    one_way = {name: min(_one_way(of[name].position) for of in rows) for name in common}
     best = x or max(one_way, key=one_way.__getitem__, default="")
     if best and (x or one_way[best]):
-        return [over(best, *of[best]) for of in rows]
+        return [over(best, of[best].position, of[best].unit) for of in rows]
     return [over("sample", np.arange(1, len(sweep) + 1), "") for sweep in sweeps]
 
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator
+from dataclasses import fields
 
 import numpy as np
 
 from ...core.description.description import TWO_AXES, JointOrLoop
 from ...core.mechanism.mechanism import Mechanism
+from ...core.results.sweep import Sweep
 from ...kit.arrays import Array
-from ...kit.quantities import number
+from ...kit.quantities import amount, number
 from ...scene.mechanism_report import MechanismReport
 from .grids import Grid, way
 
@@ -45,7 +47,8 @@ def described(mechanism: Mechanism) -> list[Grid]:
                 link.name,
                 float(link.mass),
                 *map(float, link.centre),
-                *(float(link.inertia[i, j]) for i, j in _PAIRS),
+                *map(float, np.diag(link.inertia)),
+                *map(float, link.inertia[[0, 0, 1], [1, 2, 2]]),
             )
             for link in description.links
         ],
@@ -134,7 +137,39 @@ def described(mechanism: Mechanism) -> list[Grid]:
     return [grid for grid in (links, joints, loops, rotors, couplings, dynamics) if grid.rows]
 
 
-_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+def elements_of(sweep: Sweep) -> Iterator[Grid]:
+    """Yield the force elements of a case, with what they are told by."""
+    rows = []
+    for index, item in enumerate(sweep.elements):
+        along = sweep.mechanism.drivable[item.joints[0]] if item.joints else None
+        effort, at = (along.effort_unit, along.unit) if along else ("N", "m")
+        units = {
+            "stiffness": f"{effort}/{at}",
+            "damping": f"{effort}·s/{at}",
+            "effort": effort,
+            "rest": at,
+            "transition": f"{at}/s",
+            "length": "m",
+        }
+        told = {field.name: getattr(item, field.name) for field in fields(item)}  # type: ignore[arg-type]
+        data = (
+            f"{name} {_datum(value, units.get(name, ''))}"
+            for name, value in told.items()
+            if name != "name" and value is not None and not (isinstance(value, float) and not value)
+        )
+        rows.append((item.name or f"elements[{index}]", type(item).__name__, "; ".join(data)))
+    if rows:
+        yield Grid("elements", "Force elements", ("element", "kind", "data"), rows)
+
+
+def _datum(value: object, unit: str) -> str:
+    """Return a field of an element as text: a number with its unit, arrays row by row in SI."""
+    if isinstance(value, float):
+        return amount(value, unit)
+    if isinstance(value, np.ndarray):
+        rows = np.atleast_2d(value)
+        return " | ".join(", ".join(map(number, row.tolist())) for row in rows)
+    return "a function" if callable(value) else str(value)
 
 
 def mobility_grids(found: MechanismReport) -> list[Grid]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from ...core.elements.link_loads import Wrench
 from ...core.results.lost_digits import lost_part
 from ...core.results.sweep import Sweep
 from ...figures.wrenches import QUANTITIES, determined, values_of
-from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
+from ...kit.arrays import BLOCK_SIZE, EPS, NOTHING, ROUNDED, Array
 from ...kit.errors import CardanError, ModelError
 from ...scene.scene import Scene
 from .panels import DEGREE, MOST, Known, Tolerance, greatest
@@ -24,13 +24,6 @@ _WITHOUT = ("force", "moment")
 """Quantities of joints with an axis, and of others."""
 SIZES = ("force", "shear", "moment", "bending")
 """Those that are sizes, whose squares are smooth where they vanish."""
-_PANELS = 16
-"""Panels of a turn, or of the range of a slide, to begin with."""
-_MOST_GRID = 1024
-"""Positions of a grid over the ranges of several drives, at most: three for each of six drives, two
-for each of ten."""
-_LAST_STEP = 1e-4
-"""Part of the ranges below which steps uphill end: at a peak the value then misses its square."""
 _MOST_PLACES = 8
 """Positions at which an extreme is said to occur, at most."""
 
@@ -85,13 +78,24 @@ class Extreme(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """Something that is sought: whose and which it is, its unit, and how a sweep tells it."""
+    """Something that is sought: whose and which it is, its unit, and of which drive or element."""
 
     owner: str
     name: str
     unit: str
     determined: bool
-    values: Callable[[Sweep], Array]
+    place: int = -1
+
+    def values(self, sweep: Sweep) -> Array:
+        """Return what it is `(N,)` in a sweep."""
+        if self.name == "drive effort":
+            return np.reshape(sweep.drive_effort, (len(sweep), -1))[:, self.place]
+        if self.place >= 0:
+            return np.asarray(getattr(sweep.element_force[self.place], self.name))
+        if self.name in QUANTITIES:
+            return values_of(sweep[self.owner], self.name)
+        of = sweep.holding_effort if self.name == "holding effort" else sweep.coupling_moment
+        return of[self.owner]
 
 
 class Extremes(NamedTuple):
@@ -185,9 +189,9 @@ def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
     return Extremes(tuple(rows), known_search, covered, unknown, rounding.part)
 
 
-def counted(samples: int) -> str:
-    """Return how many samples there are, in words."""
-    return f"{samples} sample{'s' * (samples != 1)}"
+def counted(count: int, name: str = "sample") -> str:
+    """Return how many there are of what has a name."""
+    return f"{count} {name}{'s' * (count != 1)}"
 
 
 def _values(quantities: list[Quantity], sweep: Sweep) -> Array:
@@ -233,7 +237,7 @@ def _range(sweep: Sweep, solver: ProblemSolver) -> tuple[tuple[float, float], in
     at = np.unique(sweep.position)
     low, high = float(at[0]), float(at[-1])
     if sweep.mechanism.drivable[sweep.coordinates[0]].slides:
-        return (low, high), _PANELS, False
+        return (low, high), 2 * DEGREE, False
     turn = 2.0 * np.pi
     steps = np.diff(at)
     # Even samples of a turn may leave out its end, where it begins again.
@@ -251,7 +255,7 @@ def _range(sweep: Sweep, solver: ProblemSolver) -> tuple[tuple[float, float], in
         is_turn = period is not None and high - low > period * (1.0 - NOTHING)
     else:
         is_turn = False
-    count = int(np.ceil((high - low) / turn * _PANELS))
+    count = int(np.ceil((high - low) / turn * 2 * DEGREE))
     if count * DEGREE > MOST:
         raise ModelError(f"{(high - low) / turn:.4g} turns do not bring it back to where it was")
     return (low, high), count, is_turn
@@ -259,45 +263,28 @@ def _range(sweep: Sweep, solver: ProblemSolver) -> tuple[tuple[float, float], in
 
 def quantities_of(sweep: Sweep) -> Iterator[Quantity]:
     """Return what is sought: of wrenches, then of drives, held joints, couplings and elements."""
-    for joint in sweep.outputs:
-        yield from _of_wrench(sweep, joint)
+    for joint, wrench in sweep.items():
+        # The axis of a universal joint is that of its cross, along which nothing is sized.
+        is_cross = sweep.mechanism.joint(joint).type == "universal"
+        for name in _WITH_AXIS if wrench.has_axis and not is_cross else _WITHOUT:
+            yield Quantity(joint, name, QUANTITIES[name], determined(wrench, name))
     units = {name: item.effort_unit for name, item in sweep.mechanism.drivable.items()}
     try:
         count = np.reshape(sweep.drive_effort, (len(sweep), -1)).shape[1]
     except ModelError:  # The outputs leave them out.
         count = 0
     for index, name in enumerate(sweep.coordinates[:count]):
-
-        def driving(at: Sweep, index: int = index) -> Array:
-            return np.reshape(at.drive_effort, (len(at), -1))[:, index]
-
-        yield Quantity(name, "drive effort", units[name], True, driving)
+        yield Quantity(name, "drive effort", units[name], True, index)
     for name in sweep.holding_effort:
-
-        def holding(at: Sweep, name: str = name) -> Array:
-            return at.holding_effort[name]
-
-        yield Quantity(name, "holding effort", units[name], True, holding)
-    coupling_units = _coupling_units(sweep)
-    for name in coupling_units:
-
-        def coupled(at: Sweep, name: str = name) -> Array:
-            return at.coupling_moment[name]
-
-        yield Quantity(
-            name, "coupling effort", coupling_units[name], sweep.coupling_unique[name], coupled
-        )
+        yield Quantity(name, "holding effort", units[name], True)
+    for name, unit in _coupling_units(sweep).items():
+        yield Quantity(name, "coupling effort", unit, sweep.coupling_unique[name])
     for index, element in enumerate(sweep.elements):
-        for quantity in element.quantities:
-            if quantity.components:
-                continue
-
-            def exerted(at: Sweep, index: int = index, field: str = quantity.field) -> Array:
-                return np.asarray(getattr(at.element_force[index], field))
-
-            unit = quantity.units or units.get(element.joints[0], "N·m")
-            name = element.name or f"elements[{index}]"
-            yield Quantity(name, quantity.field, str(unit), True, exerted)
+        for item in element.quantities:
+            if not item.components:
+                unit = str(item.units or units.get(element.joints[0], "N·m"))
+                owner = element.name or f"elements[{index}]"
+                yield Quantity(owner, item.field, unit, True, index)
 
 
 def _coupling_units(sweep: Sweep) -> dict[str, str]:
@@ -306,17 +293,6 @@ def _coupling_units(sweep: Sweep) -> dict[str, str]:
     if not names:
         return {}
     return dict(zip(names, sweep.table(motion=False).units["coupling_unit"][1], strict=True))
-
-
-def _of_wrench(sweep: Sweep, joint: str) -> Iterator[Quantity]:
-    """Return what is sought of a joint's wrench: along and across its axis if it has one."""
-    wrench = sweep[joint]
-    for name in _WITH_AXIS if wrench.has_axis else _WITHOUT:
-
-        def values(at: Sweep, name: str = name) -> Array:
-            return values_of(at[joint], name)
-
-        yield Quantity(joint, name, QUANTITIES[name], determined(wrench, name), values)
 
 
 class Search:
@@ -406,7 +382,7 @@ def _uphill(
     """
     scene, count = Scene._of(ProblemSolver(sweep.problem)), len(box)
     covered = f"the {counted(len(at))}"
-    steps = int(_MOST_GRID ** (1.0 / count) * (1.0 + NOTHING))
+    steps = int(BLOCK_SIZE ** (1.0 / count) * (1.0 + NOTHING))
     if steps < 2:
         return at, samples, covered, f"a box of {count} drives has too many corners"
     sides = [np.linspace(low, high, steps) for low, high in box]
@@ -434,7 +410,7 @@ def _uphill(
         moves = np.concatenate([np.eye(count), -np.eye(count)]) * np.ptp(box, axis=1)
         asked = len(at)
         climbing = np.flatnonzero(np.ptp(both, axis=0) > NOTHING * np.abs(both).max(axis=0))
-        while len(climbing) and len(at) - asked < 4 * _MOST_GRID:
+        while len(climbing) and len(at) - asked < 4 * BLOCK_SIZE:
             around = place[climbing, None] + step[climbing, None, None] * moves
             around = np.clip(around, box[:, 0], box[:, 1])
             distinct, back = np.unique(around.reshape(-1, count), axis=0, return_inverse=True)
@@ -449,7 +425,8 @@ def _uphill(
             place[moved] = distinct[back[higher, best[higher]]]
             top[moved] = beside.max(axis=1)[higher]
             step[climbing[~higher]] *= 0.5
-            climbing = climbing[step[climbing] > _LAST_STEP]
+            # At a peak the value then misses the square of the step.
+            climbing = climbing[step[climbing] > NOTHING**0.5]
     except CardanError as failure:
         return at, samples, covered, f"positions between them cannot be solved: {failure}"
     covered += ", from the best of which the way was followed uphill"

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..._version import __version__
 from ...core.elements.joint_elements import Actuator
 from ...core.elements.link_loads import Wrench
-from ...core.mechanism.mechanism import Mechanism
 from ...core.results.axes import in_fixed_axes
+from ...core.results.limits import exceeded
 from ...core.results.lost_digits import WELL, digits, near_singular, right
 from ...core.results.result import Result
 from ...core.results.sweep import Sweep
-from ...core.results.table import Table, Variable
 from ...figures.orders import order_amplitudes
 from ...figures.wrenches import PARTS
-from ...kit.arrays import NOTHING
+from ...kit.arrays import NOTHING, ROUNDED, Array
 from ...kit.frozen import Frozen
+from ...kit.periodic import MOST_NODES
 from ...kit.quantities import column, span
 from ...scene.describe import describe
 from ...scene.mechanism_report import MechanismReport
@@ -29,16 +28,35 @@ from .case import STANDING, Case
 from .described import fingerprint
 from .extremes import RIGHT, SIZES, Extreme, Extremes, counted, extremes, quantities_of
 from .grids import place, way
-from .page import today
+from .page import FRAMES, HIGHEST, today
 
-_HIGHEST = 8
-"""Greatest order that is listed."""
-_DRAWN = 361
-"""Positions at least at which figures show a range."""
-_DOUBLINGS = 7
-"""How often positions at which orders are told are doubled, at most: to 8192 in a turn."""
-GOOD, POOR = 1e-12, 1e-9
-"""Residuals: below the first, nothing but rounding; above the second, close to what is refused."""
+
+class Way(NamedTuple):
+    """How a drive, or a row of a task, moves.
+
+    Attributes:
+        kind: `drive` or `task`.
+        name: of it.
+        unit: of positions, `rad` or `m`.
+        position, speed, acceleration: `(N,)`.
+    """
+
+    kind: str
+    name: str
+    unit: str
+    position: Array
+    speed: Array
+    acceleration: Array
+
+    @property
+    def slides(self) -> bool:
+        """Whether it is a length."""
+        return self.unit == "m"
+
+    @property
+    def span(self) -> str:
+        """From where to where it goes."""
+        return way(float(self.position.min()), float(self.position.max()), self.slides)
 
 
 class Findings(Result, Frozen):
@@ -51,10 +69,12 @@ class Findings(Result, Frozen):
         title, project, author, date, revision: head of the page.
     """
 
-    def _take(self, mechanism: Mechanism, case: Case, *head: str) -> None:
+    def __init__(
+        self, case: Case, title: str, project: str, author: str, date: str, revision: str
+    ) -> None:
+        mechanism, self.sweep, self.said, self._box = case
         self.mechanism = mechanism.base
-        self.sweep, self.said, self._box = case
-        title, self.project, self.author, date, self.revision = head
+        self.project, self.author, self.revision = project, author, revision
         self.title = title or mechanism.name
         self.date = date or today().isoformat()
         self._freeze()
@@ -98,7 +118,7 @@ class Findings(Result, Frozen):
         return "" if self.sweep is None else self.sweep.left_open.text
 
     @cached_property
-    def orders(self) -> dict[tuple[str, str, str], np.ndarray]:
+    def orders(self) -> dict[tuple[str, str, str], Array]:
         """Amplitudes of orders 0 … 8 `(9,)` by owner, quantity and unit; see `no_orders`.
 
         Of what acts: efforts, what is along the axis of a joint, and components across it in axes
@@ -114,23 +134,23 @@ class Findings(Result, Frozen):
         return self._orders[1]
 
     @cached_property
-    def _orders(self) -> tuple[dict[tuple[str, str, str], np.ndarray], float]:
-        found = self._orders_at(8 * _HIGHEST)
+    def _orders(self) -> tuple[dict[tuple[str, str, str], Array], float]:
+        count = 8 * HIGHEST
+        found, error = self._orders_at(count), 1.0
         # Orders that positions are too few for appear as lower ones, until they are enough.
-        for doubled in range(1, _DOUBLINGS + 1):
-            coarse, found = found, self._orders_at(8 * _HIGHEST * 2**doubled)
+        while error > NOTHING and count < MOST_NODES:
+            count *= 2
+            coarse, found = found, self._orders_at(count)
             changes = [
                 np.abs(value - coarse.get(key, 0.0)).max() / value.max()
                 for key, value in found.items()
             ]
-            error = max(changes, default=0.0)
-            if error <= NOTHING:
-                break
+            error = float(max(changes, default=0.0))
         for amplitudes in found.values():
             amplitudes[amplitudes <= NOTHING * amplitudes.max(initial=0.0)] = 0.0
-        return found, float(error)
+        return found, error
 
-    def _orders_at(self, count: int) -> dict[tuple[str, str, str], np.ndarray]:
+    def _orders_at(self, count: int) -> dict[tuple[str, str, str], Array]:
         """Return orders by a number of positions in each turn."""
         if self._found.search is None:
             return {}
@@ -142,14 +162,14 @@ class Findings(Result, Frozen):
                 continue
             if item.name not in SIZES:
                 found[item.owner, item.name, item.unit] = item.values(turn)
-            elif item.name != "force" or not turn[item.owner].has_axis:
+            elif item.name != "force" or (item.owner, "shear") not in size:
                 vector = "force" if item.unit == "N" else "moment"
                 for name, (values, _) in in_fixed_axes(turn, item.owner, vector).items():
                     if np.abs(values).max() > NOTHING * size[item.owner, item.name]:
                         found[item.owner, name, item.unit] = values
         angle = 2.0 * np.pi / count * np.arange(len(turn))
         return {
-            key: order_amplitudes(angle, values)[1][::turns][: _HIGHEST + 1]
+            key: order_amplitudes(angle, values)[1][::turns][: HIGHEST + 1]
             for key, values in found.items()
         }
 
@@ -161,7 +181,7 @@ class Findings(Result, Frozen):
         if sweep is None or search is None:
             told = "" if sweep is None else f" Of the {counted(len(sweep))} alone."
             return sweep, told
-        return (sweep if len(sweep) >= _DRAWN else search.evenly(_DRAWN, endpoint=True)), ""
+        return (sweep if len(sweep) >= FRAMES else search.evenly(FRAMES, endpoint=True)), ""
 
     @property
     def _turns(self) -> float:
@@ -217,10 +237,8 @@ class Findings(Result, Frozen):
     def doubts(self) -> tuple[str, ...]:
         """What has to be known before any number is used; empty if all of them are right."""
         found = [self._found.doubt] if self.acts and self._found.unknown else []
-        if told := self._near_singular:
-            found.append(f"{told[0].upper()}{told[1:]}.")
-        if self.sweep is not None and (told := self.sweep.near_reach):
-            found.append(f"{told[0].upper()}{told[1:]}.")
+        reach = "" if self.sweep is None else self.sweep.near_reach
+        found += map(sentence, filter(None, [self._near_singular, reach]))
         if self.sweep is not None and self.acts and self.drives:
             # Whatever is looked at, such a function may be something else in between.
             given = [
@@ -235,6 +253,16 @@ class Findings(Result, Frozen):
                 )
         return tuple(found)
 
+    @cached_property
+    def exceeded(self) -> tuple[str, ...]:
+        """Where the case goes beyond limits of the description, in words."""
+        return () if self.sweep is None else exceeded(self.sweep)
+
+    @property
+    def beware(self) -> list[str]:
+        """The doubts, and limits that are exceeded, as sentences."""
+        return [*self.doubts, *map(sentence, self.exceeded)]
+
     @property
     def covered(self) -> str:
         """What the extremes are the extremes of."""
@@ -244,7 +272,7 @@ class Findings(Result, Frozen):
         return f"the whole range from {way(*self._found.search.ends, slides, ' to ')}"
 
     @cached_property
-    def places(self) -> np.ndarray:
+    def places(self) -> Array:
         """Positions `(n, d)` of several drives at which extremes occur, as `place 1` names them."""
         every = [
             end[:1]
@@ -257,7 +285,7 @@ class Findings(Result, Frozen):
         rows, first = np.unique(np.concatenate(every), axis=0, return_index=True)
         return np.asarray(rows[np.argsort(first)])
 
-    def at(self, places: np.ndarray, word: str = "place ") -> str:
+    def at(self, places: Array, word: str = "place ") -> str:
         """Return drive positions `(n, d)` as a text: of several drives, which of the `places`."""
         if self.sweep is None or not self.drives:
             return ""
@@ -273,7 +301,7 @@ class Findings(Result, Frozen):
             return ", ".join(told)
         return f"{word}{int(np.argmax(np.all(self.places == places[0], axis=1))) + 1}"
 
-    def task_at(self, places: np.ndarray) -> list[str]:
+    def task_at(self, places: Array) -> list[str]:
         """Return the rows of the task that change, at the samples that are one of drive positions.
 
         Args:
@@ -287,20 +315,12 @@ class Findings(Result, Frozen):
         positions = np.reshape(self.sweep.position, (len(self.sweep), -1))
         (found,) = np.nonzero(np.all(positions == places, axis=1))
         told = []
-        for name, (values, unit) in task_rows(self.sweep).items():
-            size = float(np.abs(values).max())
-            if len(found) and np.ptp(values) > NOTHING * size:
-                told.append(f"{name} {place(float(values[found[0]]), unit == 'm', size)}")
+        for row in task_rows(self.sweep):
+            size = float(np.abs(row.position).max())
+            if len(found) and np.ptp(row.position) > NOTHING * size:
+                at = place(float(row.position[found[0]]), row.slides, size)
+                told.append(f"{row.name} {at}")
         return told
-
-    def table(self) -> Table:
-        """Return the extremes as a table, a row each; positions are those of the first of several.
-
-        Columns: `owner`, `quantity`, `unit`, `greatest`, `least`, `determined`, `error` (by how
-        much the quantity may exceed them; NaN where that is not known), and for every drive
-        `greatest_at_NAME` and `least_at_NAME` [rad or m]: NaN where it is constant.
-        """
-        return table_of([self])
 
     def __repr__(self) -> str:
         count = 0 if self.sweep is None else len(self.sweep)
@@ -317,7 +337,7 @@ class Findings(Result, Frozen):
             return "\n".join([*lines, "Nothing acts: no load, weight, inertia or element."])
         if self.drives and not self._found.unknown:
             lines.append(f"Extremes of {self.covered}.")
-        lines += [f"! {doubt}" for doubt in self.doubts]
+        lines += [f"! {text}" for text in self.beware]
         acting = self.told
         width = max(len(item.quantity) for item in acting)
         owner = ""
@@ -342,14 +362,14 @@ class Findings(Result, Frozen):
         return "\n".join(lines)
 
     @cached_property
-    def _once(self) -> list[Extreme]:
+    def once(self) -> list[Extreme]:
         """The extremes of what acts, without forces and moments that a part of them tells."""
         found = []
-        for item in self._acting.values():
+        for item in self.acting.values():
             parts = [
-                self._acting[item.owner, part]
+                self.acting[item.owner, part]
                 for part in PARTS.get(item.quantity, ())
-                if (item.owner, part) in self._acting
+                if (item.owner, part) in self.acting
             ]
             # What statics leaves open is told by its parts, of which it may determine some.
             is_told = any(
@@ -361,14 +381,15 @@ class Findings(Result, Frozen):
         return found
 
     @cached_property
-    def _acting(self) -> dict[tuple[str, str], Extreme]:
+    def acting(self) -> dict[tuple[str, str], Extreme]:
+        """The extremes of what acts, by owner and quantity."""
         return {(item.owner, item.quantity): item for item in self.extremes if item.acts}
 
-    def _is_effort(self, item: Extreme) -> bool:
+    def is_effort(self, item: Extreme) -> bool:
         """Return whether what is along the axis of a joint is what drives or holds it."""
         if item.quantity not in ("torsion", "axial"):
             return False
-        efforts = (self._acting.get((item.owner, name)) for name in EFFORTS)
+        efforts = (self.acting.get((item.owner, name)) for name in EFFORTS)
         slack = RIGHT * item.size
         return any(
             effort is not None
@@ -380,15 +401,7 @@ class Findings(Result, Frozen):
     @property
     def told(self) -> list[Extreme]:
         """The extremes of what acts, each force and moment once, efforts as such."""
-        return [item for item in self._once if not self._is_effort(item)]
-
-    @property
-    def headline(self) -> list[Extreme]:
-        """What a joint is sized by: of each quantity that statics determines the greatest.
-
-        A torsion, or an axial force, that is the effort of a drive is told as that.
-        """
-        return [item for _, item in governing([self])]
+        return [item for item in self.once if not self.is_effort(item)]
 
     @property
     def case_lines(self) -> list[str]:
@@ -396,23 +409,12 @@ class Findings(Result, Frozen):
         sweep = self.sweep
         if sweep is None:
             return ["not moved"]
-        lines = []
-        for index, name in enumerate(self.drives):
-            slides = sweep.mechanism.drivable[name].slides
-            positions = np.reshape(sweep.position, (len(sweep), -1))[:, index]
-            low, high = float(positions.min()), float(positions.max())
-            lines.append(f"{name}{' at' * (low == high)} {way(low, high, slides)}")
-            speeds = np.reshape(sweep.speed, (len(sweep), -1))[:, index]
-            if np.any(speeds):
-                lines.append(speed_text(speeds, slides))
-        if isinstance(sweep, TaskSweep):
+        lines, every = [], ways(sweep)
+        for one in every:
             # The task is what was asked for, and drives follow it.
-            lines = []
-            speeds = np.reshape(sweep.task_speed, (len(sweep), -1)).T
-            for (name, (values, unit)), speed in zip(task_rows(sweep).items(), speeds, strict=True):
-                low, high = float(values.min()), float(values.max())
-                lines.append(f"{name}{' at' * (low == high)} {way(low, high, unit == 'm')}")
-                lines += [speed_text(speed, unit == "m")] if np.any(speed) else []
+            if one.kind == every[-1].kind and one.name != STANDING:
+                lines.append(f"{one.name}{' at' * (not np.ptp(one.position))} {one.span}")
+                lines += [speed_text(one.speed, one.slides)] if np.any(one.speed) else []
         if len(self.drives) > 1:
             # Extremes are sought far beyond them.
             lines.append(f"at {counted(len(sweep))}")
@@ -427,132 +429,46 @@ class Findings(Result, Frozen):
                 lines.append(f"{' and '.join(sizes) or 'nothing'} on {name}")
             else:
                 unit = sweep.mechanism.drivable[name].effort_unit
-                lines.append(f"{between(np.ravel(np.asarray(load, dtype=float)), unit)} at {name}")
+                lines.append(f"{between(load, unit)} at {name}")
         if np.any(sweep.gravity):
             lines.append("gravity")
         if sweep.elements:
-            lines.append(f"{len(sweep.elements)} element{'s' * (len(sweep.elements) > 1)}")
+            lines.append(counted(len(sweep.elements), "element"))
         return lines
 
 
-def task_rows(sweep: Sweep) -> dict[str, tuple[np.ndarray, str]]:
-    """Return the rows of the task that a sweep follows, with positions `(N,)` and units, if any."""
-    if not isinstance(sweep, TaskSweep):
-        return {}
-    every = np.reshape(sweep.task_position, (len(sweep), -1)).T
-    units = [unit_of_row(sweep.mechanism, row) for row in sweep.rows]
-    return dict(zip(sweep.rows, zip(every, units, strict=True), strict=True))
-
-
-def apart(cases: Sequence[Sequence[str]]) -> tuple[list[str], list[list[str]]]:
-    """Return which lines all cases have in common, and which others each of them has."""
-    common = [line for line in cases[0] if all(line in lines for lines in cases)]
-    return common, [[line for line in lines if line not in common] for lines in cases]
-
-
-def governing(reports: Sequence[Findings]) -> list[tuple[int, Extreme]]:
-    """Return of each quantity that statics determines the greatest, and in which case it is."""
-    found: dict[str, tuple[int, Extreme]] = {}
-    for case, report in enumerate(reports):
-        for item in report._once:
-            best = found.get(item.quantity)
-            if item.determined and (best is None or item.size > best[1].size):
-                found[item.quantity] = case, item
-    efforts = {(found[name][0], found[name][1].owner) for name in EFFORTS if name in found}
-    return [
-        (case, item)
-        for case, item in found.values()
-        if (case, item.owner) not in efforts or not reports[case]._is_effort(item)
-    ]
-
-
-def cases_in_words(reports: Sequence[Findings]) -> str:
-    """Return how many load cases there are, and what they have in common."""
-    common, _ = apart([report.case_lines for report in reports])
-    count = f"{len(reports)} load case{'s' * (len(reports) > 1)}"
-    return f"{count}, in all of them {'; '.join(common)}" if common else count
-
-
-def cases_apart(reports: Sequence[Findings], labels: Sequence[str]) -> list[str]:
-    """Return of each case its label, and what it has beyond the others if that does not say so."""
-    _, every = apart([report.case_lines for report in reports])
-    told = [", ".join(own) or "nothing besides" for own in every]
-    return [
-        label if text == label or not any(every) else f"{label}: {text}"
-        for label, text in zip(labels, told, strict=True)
-    ]
-
-
-def cases_with(
-    reports: Sequence[Findings], labels: Sequence[str], governing: tuple[int, Extreme]
-) -> str:
-    """Return the labels of the cases in which a quantity is as great as in the one that governs."""
-    case, item = governing
+def ways(sweep: Sweep) -> list[Way]:
+    """Return how drives move, and behind them the rows of the task that a sweep follows, if any."""
+    kinds = [("drive", sweep.coordinates, sweep.position, sweep.speed, sweep.acceleration)]
+    if isinstance(sweep, TaskSweep):
+        task = sweep.task_position, sweep.task_speed, sweep.task_acceleration
+        kinds.append(("task", sweep.rows, *task))
     found = []
-    for index, (report, label) in enumerate(zip(reports, labels, strict=True)):
-        same = report._acting.get((item.owner, item.quantity))
-        is_same = same is not None and abs(same.size - item.size) <= RIGHT * item.size
-        found += [label] if is_same or index == case else []
-    return "all" if 1 < len(labels) == len(found) else ", ".join(found)
+    for kind, names, *courses in kinds:
+        every = (np.reshape(values, (len(sweep), -1)).T for values in courses)
+        for name, *of in zip(names, *every, strict=True):
+            found.append(Way(kind, name, unit_of_row(sweep.mechanism, name), *of))
+    return found
 
 
-def compared(reports: Sequence[Findings]) -> list[list[Extreme | None]]:
-    """Return what acts and statics determines, a row each with its extreme in every case.
-
-    None stands where it does not act.
-    """
-    told = dict.fromkeys((item.owner, item.quantity) for report in reports for item in report.told)
-    rows = [[report._acting.get(key) for report in reports] for key in told]
-    return [row for row in rows if all(item is None or item.determined for item in row)]
+def task_rows(sweep: Sweep) -> list[Way]:
+    """Return the rows of the task that a sweep follows, none if it follows none."""
+    return [one for one in ways(sweep) if one.kind == "task"]
 
 
-def table_of(reports: Sequence[Findings], labels: Sequence[str] = ()) -> Table:
-    """Return the extremes of one case, or of several with the column `case`; see `table`."""
-    cases = [case for case, report in enumerate(reports) for _ in report.extremes]
-    rows = [item for report in reports for item in report.extremes]
-    told: list[tuple[str, list[Any], str, str]] = [
-        ("owner", [item.owner for item in rows], "", "joint, drive, coupling or element"),
-        ("quantity", [item.quantity for item in rows], "", "what it is"),
-        ("unit", [item.unit for item in rows], "", "of greatest and least"),
-        ("greatest", [item.greatest for item in rows], "", "greatest value"),
-        ("least", [item.least for item in rows], "", "least value"),
-        ("determined", [item.determined for item in rows], "", "by the laws of motion alone"),
-        ("error", [item.error for item in rows], "", "by how much it may exceed them"),
-    ]
-    if labels:
-        told.insert(0, ("case", [labels[case] for case in cases], "", "load case"))
-    mechanism = reports[0].mechanism
-    for name in dict.fromkeys(name for report in reports for name in report.drives):
-        for end in ("greatest", "least"):
-            values = []
-            for case, item in zip(cases, rows, strict=True):
-                places, drives = getattr(item, f"{end}_at"), reports[case].drives
-                is_known = len(places) and name in drives
-                values.append(places[0, drives.index(name)] if is_known else np.nan)
-            unit = mechanism.drivable[name].unit
-            told.append((f"{end}_at_{name}", values, unit, f"position of {name} there"))
-    return Table(
-        [
-            (name, Variable(("row",), np.array(values), unit, text))
-            for name, values, unit, text in told
-        ],
-        {"row": len(rows)},
-        attributes={
-            "mechanism": mechanism.name,
-            "sha256": reports[0].sha256,
-            "cardan_dyn_version": __version__,
-        },
-    )
+def sentence(text: str) -> str:
+    """Return a text as a sentence; nothing stays nothing."""
+    return text and f"{text[0].upper()}{text[1:]}."
 
 
-def speed_text(values: np.ndarray, slides: bool) -> str:
+def speed_text(values: Array, slides: bool) -> str:
     """Return speeds of a drive [rad/s or m/s] as a text, of what turns in 1/min."""
     return between(values if slides else values * 30.0 / np.pi, "m/s" if slides else "1/min")
 
 
-def between(values: np.ndarray, unit: str = "") -> str:
+def between(values: ArrayLike, unit: str = "") -> str:
     """Return a number that all values have, or their range, with its unit."""
-    return span(float(values.min()), float(values.max()), unit)
+    return span(float(np.min(values)), float(np.max(values)), unit)
 
 
 EFFORTS = ("drive effort", "holding effort")
@@ -568,8 +484,8 @@ _PROVES = {
 def _judged(value: float, what: str) -> str:
     if np.isnan(value):
         return "nothing to compare: nothing acts, or not all that acts was asked for"
-    if value <= GOOD:
+    if value <= ROUNDED:
         return f"{what} to rounding"
-    if value <= POOR:
+    if value <= NOTHING:
         return f"{what}; good, with some digits lost"
     return f"{what}; near the limit of 1e-8: look at the condition"

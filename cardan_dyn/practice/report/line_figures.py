@@ -23,15 +23,12 @@ from ...kit.arrays import NOTHING, Array
 from ...kit.periodic import amplitudes
 from ..drive_lines.drawing import LINE_PITCH, SMALL, WIDTH
 from ..drive_lines.wording import Wording
+from .page import HIGHEST
 
 _PANEL = 2.35
 """Height of axes [inch]."""
 _LETTERS = 20
 """Of a name in one line of a legend."""
-_GAP = 0.6
-"""Between names of a legend, relative to the size of its font."""
-ORDERS = 8
-"""Orders that are drawn: those above are small where joint angles are those of lines."""
 
 
 @in_look
@@ -73,7 +70,7 @@ def has_orders(analysis: Analysis) -> bool:
     """Return whether the positions are even steps of one turn, whose orders are known."""
     count = len(analysis.position)
     steps = np.diff(analysis.position, append=analysis.position[0] + 2.0 * np.pi)
-    return count > 2 * ORDERS and bool(np.abs(steps - 2.0 * np.pi / count).max() < NOTHING)
+    return count > 2 * HIGHEST and bool(np.abs(steps - 2.0 * np.pi / count).max() < NOTHING)
 
 
 @in_look
@@ -82,7 +79,7 @@ def orders(analysis: Analysis, wording: Wording) -> Figure:
 
     Those of a force are of the vector across its shaft, the root of the sum of both squares.
     """
-    shown = slice(1, ORDERS + 1)
+    shown = slice(1, HIGHEST + 1)
     errors = np.abs(amplitudes(analysis.angle_error[:, 1:])[shown])
     errors *= wording.measure("angle").factor
     across = amplitudes(analysis.total.bearing_force[..., 1:])[shown]
@@ -100,11 +97,11 @@ def orders(analysis: Analysis, wording: Wording) -> Figure:
     ):
         width = 0.8 / max(len(names), 1)
         for index, name in enumerate(names):
-            places = np.arange(1, ORDERS + 1) + (index - (len(names) - 1) / 2.0) * width
+            places = np.arange(1, HIGHEST + 1) + (index - (len(names) - 1) / 2.0) * width
             color = line_style(index)["color"]
             panel.bar(places, values[:, index], width, color=color, label=_wrapped(plain(name)))
         _finish(panel, label, values, wording)
-    drawn.panels[-1].set_xticks(range(1, ORDERS + 1))
+    drawn.panels[-1].set_xticks(range(1, HIGHEST + 1))
     drawn.panels[-1].set_xlabel(wording("order of the input shaft's rotation"))
     return drawn.finish("", 0)
 
@@ -135,20 +132,20 @@ def _wrapped(name: str) -> str:
 
 def _height(names: Sequence[str]) -> float:
     """Return a height of axes [inch] beside which a legend of these names has room."""
-    lines = sum(_wrapped(name).count("\n") + 1 for name in names)
-    return max(_PANEL, (LINE_PITCH * lines + len(names) * _GAP) * SMALL / 72.0 + 0.2)
+    # Half a line is between two names.
+    lines = sum(_wrapped(name).count("\n") + 1.5 for name in names)
+    return max(_PANEL, LINE_PITCH * lines * SMALL / 72.0 + 0.2)
 
 
 def _finish(panel: Axes, label: str, values: Array, wording: Wording) -> None:
     """Label axes, and leave no scale of rounding where nothing is."""
     panel.set_ylabel(label)
     panel.yaxis.set_major_formatter(_formatter(wording))
-    if values.size and np.ptp(values) <= NOTHING * max(float(np.abs(values).max()), NOTHING):
+    most = float(np.abs(values).max(initial=0.0))
+    if values.size and (np.ptp(values) <= NOTHING * most or most < NOTHING):
         middle = float(values.mean())
-        room = max(abs(middle), 1.0) * 0.05
+        room = max(0.05 * abs(middle), 0.05)
         panel.set_ylim(middle - room, middle + room)
-    elif values.size and float(np.abs(values).max()) < NOTHING:
-        panel.set_ylim(-1.0, 1.0)
     panel.legend(
         fontsize=SMALL,
         loc="center left",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import groupby, pairwise
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from itertools import chain, groupby, pairwise
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -17,9 +18,8 @@ from ..drive_lines.line.fields import entries
 from ..drive_lines.line.supports import supports
 from ..drive_lines.verdict.rows import OPEN, STATED
 from ..drive_lines.wording import BY_UNIT, NONE, Wording
+from .page import BESIDE
 
-_COLUMNS = 6
-"""Columns of numbers that a sheet of paper has room for."""
 _PLACED = {
     *("name", "length", "slope_side", "slope_plan", "start", "end", "fork_offset"),
     *("tube", "spline", "centring", "bearings"),
@@ -34,6 +34,31 @@ class Listing(NamedTuple):
     header: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
     left: int = 1
+
+
+_Column: TypeAlias = tuple[str, Sequence[str]]
+
+
+def _listing(
+    wording: Wording, caption: str, texts: Mapping[str, Sequence[str]], *numbers: list[_Column]
+) -> Listing:
+    """Return a table of columns of texts, by title, and of numbers behind them."""
+    every = [*((wording(title), cells) for title, cells in texts.items()), *chain(*numbers)]
+    titles, cells = zip(*every, strict=True)
+    return Listing(wording(caption), titles, list(zip(*cells, strict=True)), len(texts))
+
+
+def _columns(
+    wording: Wording, how: str, dimension: str, titles: Sequence[str], values: Any
+) -> list[_Column]:
+    """Return columns of numbers [SI units], shown as a method of `Wording` does; NaN is unknown."""
+    show: Any = partial(getattr(wording, how), dimension=dimension)
+    if how == "number":
+        show, values = wording.number, np.asarray(values) * wording.measure(dimension).factor
+    return [
+        (wording(title) + wording.unit(dimension), [show(float(value)) for value in column])
+        for title, column in zip(titles, values, strict=True)
+    ]
 
 
 def line_pairs(line: DriveLine, wording: Wording) -> list[tuple[str, str]]:
@@ -93,7 +118,7 @@ def _part_listings(
             cells = [_cell(value, name, entry.dimension, wording) for value in values]
             title = wording(_label(name)) + wording.unit(_dimension(name, entry.dimension))
             columns.append((title, cells))
-    count = -(-len(columns) // _COLUMNS)
+    count = -(-len(columns) // BESIDE)
     ends = [round(len(columns) * index / count) for index in range(count + 1)] if count else []
     for start, end in pairwise(ends):
         chosen = columns[start:end]
@@ -126,128 +151,98 @@ def _label(name: str) -> str:
 
 def shaft_listing(line: DriveLine, wording: Wording) -> Listing:
     """Return a row per shaft: name, length, slopes and fork offset."""
-    found, rows = line.geometry, []
-    for k, name in enumerate(line.shaft_names):
-        axis = found.directions[k]
-        slopes = (float(np.arctan2(axis[i], axis[0])) for i in (2, 1))
-        offset = line.shafts[k].fork_offset
-        rows.append(
-            (
-                name,
-                wording.fixed(float(found.lengths[k]), "length"),
-                *(wording.fixed(slope, "angle") for slope in slopes),
-                NONE if k in (0, line.count) else wording.fixed(offset, "angle"),
-            )
-        )
-    header = (
-        *_header(wording, ["shaft"], ["length"], "length"),
-        *_header(wording, [], ["slope side", "slope plan", "fork offset"], "angle"),
+    along, *across = line.geometry.directions.T
+    plan, side = (np.arctan2(part, along) for part in across)
+    offsets = [shaft.fork_offset for shaft in line.shafts]
+    offsets[0] = offsets[line.count] = np.nan
+    angles = ("slope side", "slope plan", "fork offset"), (side, plan, offsets)
+    return _listing(
+        wording,
+        "Shafts: geometry",
+        {"shaft": line.shaft_names},
+        _columns(wording, "fixed", "length", ["length"], [line.geometry.lengths]),
+        _columns(wording, "fixed", "angle", *angles),
     )
-    return Listing(wording("Shafts: geometry"), header, rows)
 
 
 def joint_listing(line: DriveLine, wording: Wording) -> Listing:
     """Return a row per joint: name, bends in both views, angle, plane and fork phase."""
     found = line.geometry
     phases = (found.fork_phases + np.pi / 2) % np.pi - np.pi / 2
-    angles = np.stack(
-        [found.views[:, 1], found.views[:, 0], found.joint_angles, found.plane_offsets, phases]
-    )
-    rows = [
-        (name, *(wording.fixed(float(angle), "angle") for angle in column))
-        for name, column in zip(line.joint_names, angles.T, strict=True)
-    ]
-    names = ("bend side", "bend plan", "joint angle β", "plane offset", "fork phase")
-    header = _header(wording, ["joint"], names, "angle")
-    return Listing(wording("Joints: angles"), header, rows)
+    angles = *found.views.T[::-1], found.joint_angles, found.plane_offsets, phases
+    titles = ("bend side", "bend plan", "joint angle β", "plane offset", "fork phase")
+    columns = _columns(wording, "fixed", "angle", titles, angles)
+    return _listing(wording, "Joints: angles", {"joint": line.joint_names}, columns)
+
+
+_AXES = ("x forward", "y to the left", "z up")
 
 
 def place_listing(line: DriveLine, wording: Wording) -> Listing:
     """Return a row per joint with where its centre is."""
-    rows = [
-        (name, *(wording.fixed(float(value), "length") for value in centre))
-        for name, centre in zip(line.joint_names, line.geometry.centres, strict=True)
-    ]
-    names = ("x forward", "y to the left", "z up")
-    header = _header(wording, ["joint"], names, "length")
-    return Listing(wording("Joints: places of their centres"), header, rows)
+    centres = np.transpose(line.geometry.centres)
+    columns = _columns(wording, "fixed", "length", _AXES, centres)
+    caption = "Joints: places of their centres"
+    return _listing(wording, caption, {"joint": line.joint_names}, columns)
 
 
 def end_listing(line: DriveLine, wording: Wording) -> Listing | None:
     """Return a row per point that the data give; None if shafts are given by slopes alone."""
-    rows = []
-    for name, shaft in zip(line.shaft_names, line.shafts, strict=True):
-        for end, point in (("front", shaft.start), ("rear", shaft.end)):
-            if point is not None:
-                rows.append((name, wording(end), *(wording.given(x, "length") for x in point)))
+    rows = [
+        (name, wording(end), point)
+        for name, shaft in zip(line.shaft_names, line.shafts, strict=True)
+        for end, point in (("front", shaft.start), ("rear", shaft.end))
+        if point is not None
+    ]
     if not rows:
         return None
-    names = ("x forward", "y to the left", "z up")
-    header = _header(wording, ["shaft", "end"], names, "length")
-    return Listing(wording("Ends of shafts as given"), header, rows, left=2)
+    shafts, ends, points = zip(*rows, strict=True)
+    columns = _columns(wording, "given", "length", _AXES, np.transpose(points))
+    return _listing(wording, "Ends of shafts as given", {"shaft": shafts, "end": ends}, columns)
 
 
 def bearing_listing(line: DriveLine, wording: Wording) -> Listing:
     """Return a row per bearing: shaft, distance from its joint, what it carries and stands."""
-    rows = []
-    for item, bearing in zip(supports(line).bearings, line.bearings, strict=True):
-        limits = (
-            (bearing.stiffness, "rigidity"),
-            (bearing.radial_limit, "force"),
-            (bearing.axial_limit, "force"),
-        )
-        rows.append(
-            (
-                item.name,
-                line.shaft_names[item.shaft],
-                wording.given(item.distance, "length"),
-                wording("yes" if item.locating else "no"),
-                *(NONE if one is None else wording.given(one, kind) for one, kind in limits),
-            )
-        )
-    header = (
-        *_header(wording, ["bearing", "shaft"], ["distance"], "length"),
-        *_header(wording, ["locating"], ["stiffness"], "rigidity"),
-        *_header(wording, [], ["radial limit", "axial limit"], "force"),
+    items = supports(line).bearings
+    data = [(one.stiffness, one.radial_limit, one.axial_limit) for one in line.bearings]
+    stiffness, *limits = np.array(data, dtype=float).T
+    names, shafts = zip(*((item.name, line.shaft_names[item.shaft]) for item in items), strict=True)
+    locating = [wording("yes" if item.locating else "no") for item in items]
+    distances = [item.distance for item in items]
+    return _listing(
+        wording,
+        "Bearings",
+        {"bearing": names, "shaft": shafts},
+        _columns(wording, "given", "length", ["distance"], [distances]),
+        [(wording("locating"), locating)],
+        _columns(wording, "given", "rigidity", ["stiffness"], [stiffness]),
+        _columns(wording, "given", "force", ["radial limit", "axial limit"], limits),
     )
-    return Listing(wording("Bearings"), header, rows, left=2)
 
 
 def motion_listing(analysis: Analysis, wording: Wording) -> Listing:
     """Return a row per shaft behind a joint: angle error, speed ratios, acceleration."""
-    errors = np.abs(analysis.angle_error).max(axis=0)
-    rows = [
-        (
-            name,
-            wording.number(float(errors[k]) * wording.measure("angle").factor),
-            wording.number(float(analysis.ratio[:, k].min())),
-            wording.number(float(analysis.ratio[:, k].max())),
-            wording.number(_cleared(np.abs(analysis.acceleration).max(axis=0))[k]),
-        )
-        for k, name in enumerate(analysis.shafts)
-        if k
-    ]
-    header = (
-        *_header(wording, ["shaft"], ["angle error ±"], "angle"),
-        *_header(wording, ["least speed ratio", "greatest speed ratio"], [], "number"),
-        *_header(wording, [], ["greatest acceleration"], "angular_acceleration"),
+    ratios = ("least speed ratio", "greatest speed ratio")
+    ratio, most = analysis.ratio[:, 1:], np.abs(analysis.angle_error).max(axis=0)[1:]
+    rates = _cleared(np.abs(analysis.acceleration).max(axis=0))[1:]
+    return _listing(
+        wording,
+        "Motion over a turn",
+        {"shaft": analysis.shafts[1:]},
+        _columns(wording, "number", "angle", ["angle error ±"], [most]),
+        _columns(wording, "number", "number", ratios, [ratio.min(axis=0), ratio.max(axis=0)]),
+        _columns(wording, "number", "angular_acceleration", ["greatest acceleration"], [rates]),
     )
-    return Listing(wording("Motion over a turn"), header, rows)
 
 
 def moment_listing(analysis: Analysis, wording: Wording) -> Listing:
     """Return a row per joint: greatest torques and bending moments before and behind it."""
     forces = analysis.total
     names = ("torsion_in", "torsion_out", "bending_in", "bending_out")
-    sizes = np.array([np.abs(getattr(forces, name)).max(axis=0) for name in names])
-    factor = wording.measure("torque").factor
-    rows = [
-        (name, *(wording.number(float(size) * factor) for size in column))
-        for name, column in zip(analysis.joints, _cleared(sizes).T, strict=True)
-    ]
+    sizes = _cleared(np.array([np.abs(getattr(forces, name)).max(axis=0) for name in names]))
     titles = ("torque before", "torque behind", "bending before", "bending behind")
-    header = _header(wording, ["joint"], titles, "torque")
-    return Listing(wording("Greatest moments over a turn"), header, rows)
+    columns = _columns(wording, "number", "torque", titles, sizes)
+    return _listing(wording, "Greatest moments over a turn", {"joint": analysis.joints}, columns)
 
 
 def extreme_listing(analysis: Analysis, verdict: Verdict, wording: Wording) -> Listing:
@@ -256,7 +251,7 @@ def extreme_listing(analysis: Analysis, verdict: Verdict, wording: Wording) -> L
     At this point, those are the greatest across, the mean across and the greatest along; of all
     load cases the greatest across and along, as the verdict has them.
     """
-    forces = analysis.total
+    forces, names = analysis.total, analysis.bearings
     worst = {(row.where, row.quantity): row.value for row in verdict}
     kinds = ("force across the shaft", "force along the shaft")
     sizes = np.array(
@@ -266,26 +261,13 @@ def extreme_listing(analysis: Analysis, verdict: Verdict, wording: Wording) -> L
             np.abs(forces.bearing_axial).max(axis=0),
         ]
     )
-    factor = wording.measure("force").factor
-    rows = []
-    for name, column in zip(analysis.bearings, _cleared(sizes).T, strict=True):
-        found = [*column.tolist(), *(worst.get((name, kind)) for kind in kinds)]
-        cells = (NONE if size is None else wording.number(size * factor) for size in found)
-        rows.append((name, *cells))
+    every = np.array([[worst.get((name, kind)) for name in names] for kind in kinds], dtype=float)
     titles = (
         *("greatest across", "mean across", "greatest along"),
         *("across, all load cases", "along, all load cases"),
     )
-    header = _header(wording, ["bearing"], titles, "force")
-    return Listing(wording("Bearing forces over a turn"), header, rows)
-
-
-def _header(
-    wording: Wording, plain: Sequence[str], measured: Sequence[str], dimension: str
-) -> tuple[str, ...]:
-    """Return titles of columns, those that are measured with the unit of their dimension."""
-    unit = wording.unit(dimension)
-    return (*map(wording, plain), *(wording(name) + unit for name in measured))
+    columns = _columns(wording, "number", "force", titles, [*_cleared(sizes), *every])
+    return _listing(wording, "Bearing forces over a turn", {"bearing": names}, columns)
 
 
 def _cleared(sizes: Array) -> Array:
@@ -327,13 +309,9 @@ def phasing_text(phasing: Phasing[DriveLine] | None, wording: Wording) -> str:
 
 def phasing_listing(phasing: Phasing[DriveLine], wording: Wording) -> Listing:
     """Return a row per intermediate shaft: name, fork offset now and at the best."""
-    offsets = zip(phasing.given.fork_offsets, phasing.fork_offsets, strict=True)
-    rows = [
-        (name, wording.fixed(float(now), "angle"), wording.fixed(float(best), "angle"))
-        for name, (now, best) in zip(phasing.line.shaft_names[1:-1], offsets, strict=True)
-    ]
-    header = _header(wording, ["shaft"], ["fork offset", "best fork offset"], "angle")
-    return Listing(wording("Forks"), header, rows)
+    offsets = phasing.given.fork_offsets, phasing.fork_offsets
+    columns = _columns(wording, "fixed", "angle", ("fork offset", "best fork offset"), offsets)
+    return _listing(wording, "Forks", {"shaft": phasing.line.shaft_names[1:-1]}, columns)
 
 
 class Judged(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Any
@@ -23,25 +23,14 @@ from ...scene.mechanism_report import MechanismReport
 from ..viewer.picture import picture
 from ..viewer.viewing import view
 from . import page
-from .courses import MOST_DRAWN, courses
-from .described import described, mobility_grids, remarks_of
-from .extremes import RIGHT, Extreme
-from .findings import (
-    Findings,
-    between,
-    cases_apart,
-    cases_in_words,
-    cases_with,
-    compared,
-    governing,
-    speed_text,
-    task_rows,
-)
+from .cases import Cases
+from .courses import courses
+from .described import described, elements_of, mobility_grids, remarks_of
+from .extremes import RIGHT, Extreme, counted
+from .findings import Findings, between, sentence, speed_text, task_rows, ways
 from .grids import Grid, place, stem_of
 from .grids import way as way_of
 
-_MOST_COLUMNS = 8
-"""Numbers that stand beside each other in a row of a table on paper."""
 _COURSES = {
     "axial": "Axial force",
     "shear": "Radial force",
@@ -51,8 +40,8 @@ _COURSES = {
 """Quantities that are drawn over the drive, and how captions call them."""
 
 
-def write(reports: Sequence[Findings], labels: Sequence[str], path: Path, with_scene: bool) -> Path:
-    """Write the page of a case without a label, or of several; see `Report.save`.
+def write(cases: Cases, path: Path, with_scene: bool) -> Path:
+    """Write the page of one case or of several; see `Report.save`.
 
     Raises:
         MissingExtraError: Matplotlib, Jinja or meshcat is not installed.
@@ -60,37 +49,41 @@ def write(reports: Sequence[Findings], labels: Sequence[str], path: Path, with_s
         CardanError: the mechanism cannot be described.
     """
     require_matplotlib()
-    first, mechanism = reports[0], reports[0].mechanism
-    found, headline = first.description, governing(reports)
+    first, told = cases.reports[0], [item for _, item in cases.governing]
+    mechanism, found = first.mechanism, first.description
     # Figures are those of cases that govern something, and one scene alone, which is a megabyte.
-    drawn = [case for case, _ in headline] or [0]
+    drawn = [case for case, _ in cases.governing] or [0]
+    is_drawn = told and all(report.drives for report in cases.reports)
     source = mechanism.description.text
-    file = "" if source is None or source.path is None else source.path.name
-    block = [
-        ("Mechanism", mechanism.name),
-        ("Project", first.project),
-        ("Author", first.author),
-        ("Date", first.date),
-        ("Revision", first.revision),
-        ("Description", f"{file or 'text'}, SHA-256 {first.sha256[:8]}…"),
-    ]
+    file = "text" if source is None or source.path is None else source.path.name
+    block = {
+        "Mechanism": mechanism.name,
+        "Project": first.project,
+        "Author": first.author,
+        "Date": first.date,
+        "Revision": first.revision,
+        "Description": f"{file}, SHA-256 {first.sha256[:8]}…",
+    }
     return page.write(
         path,
         "mechanism.html",
         title=first.title,
-        title_block=[(name, value or "–") for name, value in block],
+        title_block=[(name, value or "–") for name, value in block.items()],
         stem=stem_of(mechanism.name),
-        summary=_summary(reports),
-        told_apart=cases_apart(reports, labels) if labels else [],
-        headline=_headline(reports, labels, headline),
+        summary=_summary(cases),
+        told_apart=cases.told_apart if cases.labels else [],
+        headline=_headline(cases),
         drawing=_drawing(first),
-        warnings=_warnings(reports),
-        side_by_side=_side_by_side(reports, labels, [item for _, item in headline])
-        if labels
-        else None,
+        # As many axes as the first sheet has room for.
+        figure=page.image(courses(cases, [told[0], *told[1:][-1:]])) if is_drawn else "",
+        warnings=_warnings(cases),
+        beside=_beside(cases),
+        beside_figure=page.image(courses(cases, told)) if is_drawn and len(told) > 2 else "",
         cases=[
             _case_parts(report, label, index in drawn, with_scene and index == drawn[0])
-            for index, (report, label) in enumerate(zip(reports, labels or [""], strict=True))
+            for index, (report, label) in enumerate(
+                zip(cases.reports, cases.labels or [""], strict=True)
+            )
         ],
         mobility=_mobility(found),
         mobility_remarks=list(remarks_of(found)),
@@ -106,60 +99,15 @@ def write(reports: Sequence[Findings], labels: Sequence[str], path: Path, with_s
     )
 
 
-def _case_parts(report: Findings, label: str, is_drawn: bool, with_scene: bool) -> dict[str, Any]:
-    """Return what the page shows of a case, with figures or without."""
-    sweep = report.sweep
-    parts = {
-        "label": label,
-        "case": _case(report),
-        "said": report.said,
-        "drawn": sweep is not None and is_drawn,
-        "proof": _proof(report, label),
-        "proof_remarks": _proof_remarks(report),
-    }
-    if sweep is None:
-        return parts
-    shown = {"case_grids": list(_acting(sweep))} | _extremes(report)
-    return parts | shown | (_figures(report, sweep, with_scene) if is_drawn else {})
-
-
-def _side_by_side(
-    reports: Sequence[Findings], labels: Sequence[str], told: Sequence[Extreme]
-) -> dict[str, Any]:
-    """Return what acts in all cases beside each other, as a table and a figure."""
-    rows = []
-    for row in compared(reports):
-        first = next(item for item in row if item is not None)
-        sizes = [item.ends[0][0] if item else 0.0 for item in row]
-        rows.append((first.owner, first.quantity, first.unit, sizes))
-    parts = [slice(start, start + _MOST_COLUMNS) for start in range(0, len(labels), _MOST_COLUMNS)]
-    is_drawn = told and all(report.drives for report in reports)
-    return {
-        "grids": [
-            Grid(
-                f"load_cases_{index}",
-                "Greatest in size, by load case",
-                ("of", "quantity", "unit", *labels[part]),
-                [(*names, *sizes[part]) for *names, sizes in rows],
-                unit=2,
-            )
-            for index, part in enumerate(parts, 1)
-        ],
-        "figure": page.image(courses(reports, labels, told)) if is_drawn else "",
-    }
-
-
-def _summary(reports: Sequence[Findings]) -> str:
+def _summary(cases: Cases) -> str:
     """Return in one line what there is, what moves it and what acts."""
-    report = reports[0]
-    found = report.description
-    text = (
-        f"{report.mechanism.name}: {_count(len(report.mechanism.links), 'link')}, "
-        f"{_count(len(report.mechanism.joints), 'joint')}, "
-        f"{_count(len(report.mechanism.loops), 'loop')}, mobility {found.mobility}."
-    )
+    reports = cases.reports
+    report, mechanism = reports[0], reports[0].mechanism
+    parts = ((mechanism.links, "link"), (mechanism.joints, "joint"), (mechanism.loops, "loop"))
+    counts = ", ".join(counted(len(items), name) for items, name in parts)
+    text = f"{mechanism.name}: {counts}, mobility {report.description.mobility}."
     if len(reports) > 1:
-        text += f" {cases_in_words(reports)}."
+        text += f" {cases.in_words}."
     elif report.sweep is None:
         return text
     else:
@@ -172,97 +120,95 @@ def _summary(reports: Sequence[Findings]) -> str:
         # As where a coupling passes on all that acts, or the outputs leave wrenches out.
         is_known = all(item.determined for one in reports for item in one.extremes)
         text += " Joints carry nothing." if is_known else " What joints carry is not known."
-    elif not governing(reports):
+    elif not cases.governing:
         text += " Statics determines nothing of what joints carry."
     return f"{text} There are doubts, see below." if any(one.doubts for one in reports) else text
 
 
-def _headline(
-    reports: Sequence[Findings], labels: Sequence[str], found: Sequence[tuple[int, Extreme]]
-) -> Grid | None:
+def _headline(cases: Cases) -> Grid | None:
     """Return how big what joints are sized by is, where, and in which of several cases."""
     rows = []
-    for case, item in found:
-        (most, place), _ = item.ends
-        row = (item.quantity, item.unit, most, item.owner, reports[case].at(place))
-        rows.append((*row, cases_with(reports, labels, (case, item))) if labels else row)
-    header = ("quantity", "unit", "greatest in size", "in", "at", *["load case"] * bool(labels))
-    return Grid("headline", "What joints are sized by", header, rows, unit=1) if rows else None
+    for case, item in cases.governing:
+        (most, at), _ = item.ends
+        row = (item.quantity, item.unit, most, item.owner, cases.reports[case].at(at))
+        rows.append((*row, cases.sharing(case, item)) if cases.labels else row)
+    header = ("quantity", "unit", "greatest in size", "in", "at", "load case")
+    if not rows:
+        return None
+    return Grid("headline", "What joints are sized by", header[: len(rows[0])], rows, unit=1)
 
 
-def _sentence(text: str) -> str:
-    return text and f"{text[0].upper()}{text[1:]}."
+def _beside(cases: Cases) -> list[Grid]:
+    """Return what acts in several cases beside each other, as many as a sheet has room for."""
+    return [
+        Grid(
+            f"load_cases_{first // page.BESIDE + 1}",
+            "Greatest in size, by load case",
+            ("of", "quantity", "unit", *cases.labels[first : first + page.BESIDE]),
+            [(*of, *sizes[first : first + page.BESIDE]) for *of, sizes in cases.compared],
+            unit=2,
+        )
+        for first in range(0, len(cases.labels), page.BESIDE)
+    ]
 
 
-def _of(text: str, label: str) -> str:
-    """Return a heading of one of several cases."""
-    return f"{text}, {label}" if label else text
-
-
-def _count(count: int, name: str) -> str:
-    return f"{count} {name}{'s' * (count != 1)}"
-
-
-def _warnings(reports: Sequence[Findings]) -> list[str]:
+def _warnings(cases: Cases) -> list[str]:
     """Return what has to be known before any number is used, once where cases have it in common."""
     found = [
-        _sentence(report.sweep.left_open.brief)
-        for report in reports
+        sentence(report.sweep.left_open.brief)
+        for report in cases.reports
         if report.sweep is not None and report.left_open
     ]
-    found += [doubt for report in reports for doubt in report.doubts]
-    if reports[0].description.is_counted:
+    found += [text for report in cases.reports for text in report.beware]
+    if cases.reports[0].description.is_counted:
         found.append("Ranks were counted, not measured.")
     return list(dict.fromkeys(found))
 
 
-def _case(report: Findings) -> list[tuple[str, str]]:
-    """Return names and values of the case."""
+def _case_parts(report: Findings, label: str, is_drawn: bool, with_scene: bool) -> dict[str, Any]:
+    """Return what the page shows of a case, with figures or without."""
     sweep = report.sweep
+    residuals = [(name, f"{value:.1e}", text) for name, value, text in report.judgement]
+    heading = f"Residuals and condition{', ' * bool(label)}{label}"
+    parts: dict[str, Any] = {
+        "label": label,
+        "said": report.said,
+        "drawn": sweep is not None and is_drawn,
+        "proof": Grid("proof", heading, ("what", "value", "which means"), residuals),
+    }
     if sweep is None:
-        return [("computed", "nothing; see below")]
-    rows = []
-    for index, name in enumerate(report.drives):
-        slides = sweep.mechanism.drivable[name].slides
-        way, speed, acceleration = (
-            np.reshape(values, (len(sweep), -1))[:, index]
-            for values in (sweep.position, sweep.speed, sweep.acceleration)
-        )
-        low, high = float(way.min()), float(way.max())
-        text = f"{'from ' * (low < high)}{way_of(low, high, slides, ' to ')}"
-        text += f", {speed_text(speed, slides)}" if np.any(speed) else ", quasi-static"
-        if np.any(acceleration):
-            text += f", acceleration {between(acceleration, 'm/s²' if slides else 'rad/s²')}"
-        rows.append((f"drive {name}", text))
-    for name, (values, unit) in task_rows(sweep).items():
-        low, high = float(values.min()), float(values.max())
-        text = f"{'from ' * (low < high)}{way_of(low, high, unit == 'm', ' to ')}"
-        rows.append((f"task {name}", text))
-    rows.append(("positions", str(len(sweep))))
+        return parts | {"case": [("computed", "nothing; see below")]}
+    parts |= {"case": list(_case(sweep)), "case_grids": [*_loads(sweep), *elements_of(sweep)]}
+    parts["unproven"] = ", ".join(sweep.unproven)
+    parts["is_unique"] = bool(sweep.outputs) and not report.left_open
+    return parts | _extremes(report) | (_figures(report, sweep, with_scene) if is_drawn else {})
+
+
+def _case(sweep: Sweep) -> Iterator[tuple[str, str]]:
+    """Yield names and values of what moves and what acts."""
+    for one in ways(sweep):
+        told = [one.span]
+        told.append(speed_text(one.speed, one.slides) if np.any(one.speed) else "quasi-static")
+        if np.any(one.acceleration):
+            told.append(f"acceleration {between(one.acceleration, f'{one.unit}/s²')}")
+        yield f"{one.kind} {one.name}", ", ".join(told)
+    yield "positions", str(len(sweep))
     for name, value in sweep.held.items():
         slides = sweep.mechanism.drivable[name].slides
-        every = np.ravel(np.asarray(value, dtype=float))
-        rows.append((f"held {name}", way_of(float(every.min()), float(every.max()), slides)))
+        yield f"held {name}", way_of(float(np.min(value)), float(np.max(value)), slides)
     gravity = np.reshape(sweep.gravity, (-1, 3))
-    if not np.any(gravity):
-        rows.append(("gravity", "none"))
-    elif np.all(gravity == gravity[0]):
-        listed = ", ".join(number(float(value)) for value in gravity[0])
-        rows.append(("gravity in world axes", f"({listed}) m/s²"))
-    else:
-        rows.append(("gravity", "varies over the samples"))
-    rows.append(("loads", _count(len(sweep.loads), "load") if sweep.loads else "none"))
-    rows.append(
-        ("elements", _count(len(sweep.elements), "element") if sweep.elements else "none act")
-    )
+    vector = ", ".join(between(gravity[:, axis]) for axis in range(3))
+    yield "gravity in world axes", f"({vector}) m/s²" if np.any(gravity) else "none"
+    if not sweep.loads:
+        yield "loads", "none"
+    if not sweep.elements:
+        yield "elements", "none act"
     for name, factor in sweep.inertia.items():
-        every = np.ravel(np.asarray(factor, dtype=float))
-        rows.append((f"inertia of {name}", f"{between(every)} times"))
-    return rows
+        yield f"inertia of {name}", f"{between(factor)} times"
 
 
-def _acting(sweep: Sweep) -> Iterator[Grid]:
-    """Yield the loads and the elements of the case."""
+def _loads(sweep: Sweep) -> Iterator[Grid]:
+    """Yield the loads of the case."""
     rows: list[tuple[Any, ...]] = []
     for name, load in sweep.loads.items():
         if isinstance(load, Wrench):
@@ -273,17 +219,10 @@ def _acting(sweep: Sweep) -> Iterator[Grid]:
             at = ", ".join(number(float(value)) for value in np.ravel(load.point))
             rows.append((name, "point of application, link axes", at, "m"))
         else:
-            every = np.ravel(np.asarray(load, dtype=float))
             unit = sweep.mechanism.drivable[name].effort_unit
-            rows.append((name, "effort at the joint", between(every), unit))
+            rows.append((name, "effort at the joint", between(load), unit))
     if rows:
         yield Grid("loads", "Loads", ("joint or link", "what", "value", "unit"), rows)
-    if sweep.elements:
-        listed_elements = [
-            (item.name or f"elements[{index}]", type(item).__name__, repr(item))
-            for index, item in enumerate(sweep.elements)
-        ]
-        yield Grid("elements", "Force elements", ("element", "kind", "data"), listed_elements)
 
 
 def _mobility(found: MechanismReport) -> list[tuple[str, str]]:
@@ -311,14 +250,13 @@ def _drives(found: MechanismReport) -> Iterator[Grid]:
             role = f"held at {place(drives.held[item.name], item.slides)}"
         elif not role and item.determines and item.instead_of:
             role = f"instead of {', '.join(item.instead_of[:3])}"
-        low, high = item.range or (np.nan, np.nan)
+        ends = item.range or (np.nan, np.nan)
         rows.append(
             (
                 item.name,
                 "slide" if item.slides else "angle",
                 "yes" if item.is_grounded else "no",
-                place(low, item.slides) if np.isfinite(low) else "",
-                place(high, item.slides) if np.isfinite(high) else "",
+                *(place(end, item.slides) if np.isfinite(end) else "" for end in ends),
                 item.ends,
                 role,
             )
@@ -334,11 +272,8 @@ def _extremes(report: Findings) -> dict[str, Any]:
     """Return the tables of extremes."""
     if not report.acts:
         return {}
-    acting = report.told
     # What joints can be sized by comes first.
-    acting = sorted(acting, key=lambda item: not item.determined)
-    wrenches = [item for item in acting if item.quantity in QUANTITIES]
-    others = [item for item in acting if item.quantity not in QUANTITIES]
+    acting = sorted(report.told, key=lambda item: not item.determined)
     zero: dict[str, list[str]] = {}
     for item in report.extremes:
         if not item.acts and item.determined:
@@ -351,29 +286,22 @@ def _extremes(report: Findings) -> dict[str, Any]:
         text += "." if report.doubts else ", and exact to the digits shown."
         if not all(item.settled for item in acting):
             text += " A ? marks what may be exceeded."
+    captions = {
+        "extremes": "Greatest in size and the other end of the range, with the drive's position",
+        "efforts": "Efforts of drives, of what is held, of couplings and elements",
+    }
+    grids = []
+    for name, caption in captions.items():
+        is_wrench = name == "extremes"
+        own = [item for item in acting if (item.quantity in QUANTITIES) == is_wrench]
+        head = ("joint" if is_wrench else "of", *header)
+        rows = [_extreme(report, item) for item in own]
+        grids.append(Grid(name, caption, head, rows, unit=2))
     return {
-        "wrenches": Grid(
-            "extremes",
-            "Greatest in size and the other end of the range, with the drive's position",
-            ("joint", *header),
-            [_extreme(report, item) for item in wrenches],
-            unit=2,
-        )
-        if wrenches
-        else None,
-        "efforts": Grid(
-            "efforts",
-            "Efforts of drives, of what is held, of couplings and elements",
-            ("of", *header),
-            [_extreme(report, item) for item in others],
-            unit=2,
-        )
-        if others
-        else None,
+        "extremes": [*grids, *_places(report)],
         "located": text,
-        "opened": _sentence(report.left_open),
+        "opened": sentence(report.left_open),
         "idle": "; ".join(f"{name} ({', '.join(what)})" for name, what in zero.items()),
-        "places": _places(report),
     }
 
 
@@ -385,52 +313,23 @@ def _extreme(report: Findings, item: Extreme) -> tuple[Any, ...]:
     return *what, most, report.at(first, word=""), *ends
 
 
-def _places(report: Findings) -> Grid | None:
-    """Return the positions of several drives at the places that the extremes name."""
+def _places(report: Findings) -> Iterator[Grid]:
+    """Yield the positions of several drives at the places that the extremes name."""
     sweep = report.sweep
     if sweep is None or len(report.drives) < 2:
-        return None
-    units = [sweep.mechanism.drivable[name].unit for name in report.drives]
-    header = (
-        "place",
-        *(f"{name} [{unit}]" for name, unit in zip(report.drives, units, strict=True)),
-    )
-    caption = "Positions of the drives at these places"
+        return
+    named = [f"{one.name} [{one.unit}]" for one in ways(sweep) if one.kind == "drive"]
     # What is rounding beside the way of a drive is nothing.
     size = NOTHING * np.abs(np.reshape(sweep.position, (len(sweep), -1))).max(axis=0)
     known = np.where(np.abs(report.places) <= size, 0.0, report.places).tolist()
-    names = [report.at(at[None], word="") for at in report.places]
-    rows = list(zip(names, known, strict=True))
-    if len(units) > _MOST_COLUMNS:
-        listed = [(name, ", ".join(map(number, row))) for name, row in rows]
-        return Grid(
-            "positions", f"{caption}: {', '.join(header[1:])}", ("place", "positions"), listed
-        )
-    return Grid("positions", caption, header, [(name, *row) for name, row in rows])
-
-
-def _proof(report: Findings, label: str) -> Grid | None:
-    rows = [(name, f"{value:.1e}", text) for name, value, text in report.judgement]
-    return (
-        Grid("proof", _of("Residuals and condition", label), ("what", "value", "which means"), rows)
-        if rows
-        else None
-    )
-
-
-def _proof_remarks(report: Findings) -> list[str]:
-    sweep = report.sweep
-    if sweep is None:
-        return []
-    found = []
-    if sweep.unproven:
-        found.append(
-            f"Not proven by a balance, as not all that acts on them was asked for: "
-            f"{', '.join(sweep.unproven)}."
-        )
-    if sweep.outputs and not report.left_open:
-        found.append("All wrenches follow from the laws of motion alone.")
-    return found
+    names = (report.at(at[None], word="") for at in report.places)
+    rows: list[tuple[Any, ...]] = [(name, *row) for name, row in zip(names, known, strict=True)]
+    header: tuple[str, ...] = ("place", *named)
+    caption = "Positions of the drives at these places"
+    if len(named) > page.BESIDE:
+        rows = [(name, ", ".join(map(number, row))) for name, *row in rows]
+        caption, header = f"{caption}: {', '.join(named)}", ("place", "positions")
+    yield Grid("positions", caption, header, rows)
 
 
 def _drawing(report: Findings) -> tuple[str, str] | None:
@@ -457,9 +356,12 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
         if item.acts and item.quantity in QUANTITIES:
             acting.setdefault(item.owner, set()).add(item.quantity)
     joints = [name for name in bearings(sweep) if name in acting] or list(acting)
+
+    def carrying(quantity: str) -> list[str]:
+        return [name for name in joints if quantity in acting[name]][: page.BESIDE]
+
     for quantity, text in _COURSES.items():
-        names = [name for name in joints if quantity in acting[name]][:MOST_DRAWN]
-        if names:
+        if names := carrying(quantity):
             figure = drawn.plot(*names, quantities=quantity, figsize=(7.2, 3.4))
             found["courses"].append((page.image(figure), f"{text} in {', '.join(names)}.{told}"))
     without = [name for name in joints if "moment" in acting[name] or not sweep[name].has_axis][:2]
@@ -467,40 +369,33 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
         columns = [f"{name}.force_{axis}" for name in without for axis in "xyz"]
         caption = f"Force in {', '.join(without)}, in the axes of the joints.{told}"
         found["courses"].append((page.image(drawn.plot(*columns)), caption))
-    for quantity, part, text in (
-        ("force", "shear", "Radial force"),
-        ("moment", "bending", "Bending moment"),
-    ):
-        names = [name for name in joints if part in acting[name]][:MOST_DRAWN]
-        if names:
-            figure = drawn.plot.polar(names, of=quantity)
+    for quantity, part in (("force", "shear"), ("moment", "bending")):
+        if names := carrying(part):
             caption = (
-                f"{text} in {', '.join(names)}: the curve of the vector in axes fixed in the "
-                f"parent, across the joint's axis; all diagrams have one scale.{told}"
+                f"{_COURSES[part]} in {', '.join(names)}: the curve of the vector in axes fixed in "
+                f"the parent, across the joint's axis; all diagrams have one scale.{told}"
             )
-            found["polars"].append((page.image(figure), caption))
-    if report.orders:
-        found |= _order_parts(report)
-    return found
+            found["polars"].append((page.image(drawn.plot.polar(names, of=quantity)), caption))
+    return found | _orders(report)
 
 
-def _order_parts(report: Findings) -> dict[str, Any]:
-    """Return the table and the figure of orders."""
+def _orders(report: Findings) -> dict[str, Any]:
+    """Return the table and the figure of orders, if there are any."""
     rows: list[tuple[Any, ...]] = [
         (owner, quantity, unit, *map(float, amplitudes))
         for (owner, quantity, unit), amplitudes in report.orders.items()
         if np.any(amplitudes[1:])
     ]
     if not rows:
-        return {"no_orders": "all quantities are constant", "orders": None}
-    header = ("of", "quantity", "unit", *(f"order {order}" for order in range(9)))
-    drawn = [row for row in rows if row[1] == "drive effort"] or rows[:1]
-    name, quantity, unit = drawn[0][:3]
+        return {"no_orders": report.no_orders or "all quantities are constant"}
+    every = range(page.HIGHEST + 1)
+    header = ("of", "quantity", "unit", *(f"order {order}" for order in every))
+    name, quantity, unit, *sizes = next((row for row in rows if row[1] == "drive effort"), rows[0])
     figure, axes = axes_grid(size=(7.2, 3.4))
-    axes.bar(range(1, 9), drawn[0][4:], 0.6, color=line_style(0)["color"])
+    axes.bar(every[1:], sizes[1:], 0.6, color=line_style(0)["color"])
     axes.set_xlabel("order: swings per revolution of the drive [–]")
     axes.set_ylabel(f"amplitude [{unit}]")
-    axes.set_xticks(range(1, 9))
+    axes.set_xticks(every[1:])
     error = report.orders_error
     return {
         "orders_doubt": f"Known to {error:.0e} of the greatest: something jumps, or the motion "
@@ -510,7 +405,7 @@ def _order_parts(report: Findings) -> dict[str, Any]:
         "orders": Grid("orders", "Amplitudes by order", header, rows, unit=2),
         "order_figure": (
             page.image(figure),
-            f"Orders of {name}, {quantity}, about a mean of {amount(drawn[0][3], unit)}.",
+            f"Orders of {name}, {quantity}, about a mean of {amount(sizes[0], unit)}.",
         ),
     }
 
@@ -528,11 +423,9 @@ def bearings(sweep: Sweep) -> list[str]:
             return True
         name = carrier[link].name
         spread = [np.ptp(part, axis=0).max() for part in (sweep.rotation(name), sweep.origin(name))]
-        return bool(max(spread) < 1e-9 * (1.0 + mechanism.characteristic_length))
+        return bool(max(spread) < NOTHING * (1.0 + mechanism.characteristic_length))
 
-    known: dict[str, bool] = {}
-    for link in {link for pair in ends.values() for link in pair}:
-        known[link] = stands(link)
+    known = {link: stands(link) for link in {link for pair in ends.values() for link in pair}}
     return [name for name in sweep.outputs if known[ends[name][0]] != known[ends[name][1]]]
 
 

@@ -22,7 +22,11 @@ from ...kit.errors import MissingExtraError
 _BREAKS = re.compile(r"(?<=_)(?=.)|(?<=[a-z][.:])(?=[A-Za-z])|(?<=[a-z])(?=[A-Z][a-z])")
 """Between the words of a name."""
 FRAMES = 181
-"""Positions of a moving scene."""
+"""Positions of a moving scene, and of curves at least."""
+BESIDE = 6
+"""Curves of a figure, or columns of numbers on a sheet of paper, that can be told apart."""
+HIGHEST = 8
+"""Greatest order that is listed: those above are small where joint angles are those of lines."""
 EPOCH = "SOURCE_DATE_EPOCH"
 """Environment variable [s since 1970] that builds set to be reproducible."""
 

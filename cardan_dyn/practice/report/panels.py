@@ -14,18 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from ...kit.arrays import Array
+from ...kit.arrays import BLOCK_SIZE, NOTHING, Array, blocks
 from ...kit.extremes import greatest as greatest_of_period
 
 DEGREE = 8
 """Of the polynomials."""
-_LEAST_WIDTH = 1e-9
-"""Part of the range at which a panel is not halved any more: functions that jump there have come
-as close to the jump on both sides as they change within it."""
 MOST = 60_000
 """Positions that are asked for at most."""
-_TOGETHER = 128
-"""Panels that are fitted together, so that what they need fits into memory."""
 _NODES = np.cos(np.pi * np.arange(DEGREE, -1, -1) / DEGREE)
 _TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(_NODES, DEGREE))
 
@@ -112,7 +107,8 @@ def greatest(
         All that is known; `(F,)` measured errors of the greatest values of that.
     """
     edges, given = np.linspace(*ends, count + 1), len(known.at)
-    least = _LEAST_WIDTH * (ends[1] - ends[0])
+    # Functions that jump within so little have come as close to the jump on both sides.
+    least = NOTHING * (ends[1] - ends[0])
     cut = np.stack([edges[:-1], edges[1:]], axis=1)
     before = np.full((count, known.values.shape[1]), -np.inf)
     settled: list[_Panels] = []
@@ -120,7 +116,7 @@ def greatest(
         places = cut.mean(axis=1)[:, None] + 0.5 * np.ptp(cut, axis=1)[:, None] * _NODES
         places[:, 0], places[:, -1] = cut.T
         known, values = _asked(ask, known, places)
-        parts = [slice(k, k + _TOGETHER) for k in range(0, len(cut), _TOGETHER)]
+        parts = blocks(len(cut), BLOCK_SIZE // DEGREE)
         new = [_fitted(cut[part], values[part], known, tolerance) for part in parts]
         panels = _Panels.joined([*settled, *new])
         wide = np.ptp(panels.ends, axis=1) > least

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from ...core.results.plot import Plot, own_options
 from ...kit.errors import ArgumentError, choices
-from .findings import governing
 
 if TYPE_CHECKING:
     from ...figures.style import Figure
@@ -35,16 +34,15 @@ class ReportPlot(Plot):
             ArgumentError: nothing of this name acts, nothing is driven, or other axes than are
                 needed.
         """
-        result = self._result
-        reports, labels = getattr(result, "reports", (result,)), getattr(result, "labels", ("",))
+        cases = self._result.cases
         own = own_options(options, "x")
-        if not all(report.drives for report in reports):
+        if not all(report.drives for report in cases.reports):
             raise ArgumentError("no figure over what moves: a case drives nothing")
         known: dict[str, Extreme] = {}
-        for report in reports:
+        for report in cases.reports:
             for item in report.told:
                 known.setdefault(f"{item.owner}.{item.quantity.replace(' ', '_')}", item)
-        told = [item for _, item in governing(reports)]
+        told = [item for _, item in cases.governing]
         if columns:
             told = []
             for name in columns:
@@ -65,4 +63,4 @@ class ReportPlot(Plot):
             )
         from .courses import courses  # Imported here: it needs matplotlib.
 
-        return courses(reports, labels, told, **own)
+        return courses(cases, told, **own)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +20,6 @@ from .comparisons import BETAS_DEG, TORQUE, double_shaft_turn, universal_joint_t
 from .page import template
 from .verdicts import Comparisons
 
-FIGURE_BETA_DEG = 50.0
-"""Joint angle of the figures, Grossmann's."""
-
 
 def as_json(comparisons: Comparisons) -> str:
     """Return the comparisons as JSON text."""
@@ -32,7 +28,17 @@ def as_json(comparisons: Comparisons) -> str:
             "version": __version__,
             "passed": comparisons.passed,
             "comparisons": [
-                {**asdict(comparison), "passed": comparison.passed} for comparison in comparisons
+                {
+                    "scene": item.scene,
+                    "quantity": item.quantity,
+                    "source": item.source,
+                    "beta_deg": beta_deg,
+                    "error": error,
+                    "tolerance": item.tolerance,
+                    "passed": error <= item.tolerance,
+                }
+                for item in comparisons
+                for beta_deg, error in item.errors.items()
             ],
         },
         ensure_ascii=False,
@@ -58,16 +64,17 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
     page_template = template("report.html")
     with writing(directory):
         directory.mkdir(parents=True, exist_ok=True)
-    beta = float(np.deg2rad(FIGURE_BETA_DEG))
+    beta_deg = 50.0  # Grossmann's.
+    beta = float(np.deg2rad(beta_deg))
     joint_turn = universal_joint_turn(load("universal_joint"), beta)
     shaft_turn = double_shaft_turn(load("double_shaft_z"), beta)
     page = page_template.render(
         version=__version__,
         betas=BETAS_DEG,
-        rows=comparisons.rows(),
+        rows=comparisons,
         passed=comparisons.passed,
         figures=_write_figures(joint_turn, shaft_turn, directory),
-        scenes=_write_scenes(joint_turn, shaft_turn, directory),
+        scenes=_write_scenes(joint_turn, shaft_turn, beta_deg, directory),
     )
     path = directory / "index.html"
     with writing(path) as part:
@@ -102,14 +109,16 @@ def _write_figures(joint_turn: Sweep, shaft_turn: Sweep, directory: Path) -> lis
     return shown
 
 
-def _write_scenes(joint_turn: Sweep, shaft_turn: Sweep, directory: Path) -> list[tuple[str, str]]:
+def _write_scenes(
+    joint_turn: Sweep, shaft_turn: Sweep, beta_deg: float, directory: Path
+) -> list[tuple[str, str]]:
     """Write the turning scenes; return their titles and HTML elements that contain them."""
     shown = []
     for name, caption, turn in (
         ("scene_universal_joint", "Universal joint", joint_turn),
         ("scene_double_shaft", "Double shaft", shaft_turn),
     ):
-        title = f"{caption}, β = {FIGURE_BETA_DEG:g}°, load {TORQUE:g} N·m"
+        title = f"{caption}, β = {beta_deg:g}°, load {TORQUE:g} N·m"
         scene = view(turn, title=title)
         scene.export(directory / f"{name}.html")
         shown.append((title, scene.embedded(title=title)))

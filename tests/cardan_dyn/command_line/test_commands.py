@@ -77,13 +77,15 @@ def test_json_is_nothing_but_json(tmp_path: Path) -> None:
 def test_a_comparison_that_falls_short_fails_the_command(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, made: comparisons.Comparisons
 ) -> None:
-    spoiled = comparisons.Comparisons([dataclasses.replace(made[0], error=2e-13), *made[1:]])
+    spoiled = comparisons.Comparisons(
+        [dataclasses.replace(made[0], errors={30.0: 2e-13}), *made[1:]]
+    )
     monkeypatch.setattr(comparisons, "run", lambda: spoiled)
     result = compare("--out", str(tmp_path))
     assert result.exit_code == 1
     assert "FAIL" in result.output
     assert "A comparison falls short." in (tmp_path / "index.html").read_text(encoding="utf-8")
-    nan = dataclasses.replace(made[0], error=float("nan"))
+    nan = dataclasses.replace(made[0], errors={30.0: 0.0, 50.0: float("nan")})
     broken = comparisons.Comparisons([nan, *made[1:]])
     monkeypatch.setattr(comparisons, "run", lambda: broken)
     assert compare("--no-figures").exit_code == 1
@@ -197,7 +199,7 @@ def test_printed_table_has_a_line_per_quantity(
     monkeypatch.chdir(tmp_path)
     result = compare("--no-figures")
     assert result.exit_code == 0
-    for row in made.rows():
+    for row in made:
         (line,) = (
             line
             for line in result.output.splitlines()

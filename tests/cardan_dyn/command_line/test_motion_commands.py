@@ -135,7 +135,7 @@ def test_the_greatest_wrenches_are_those_that_are_known(
         for vectors in (turn[name].force, turn[name].moment):
             vectors.setflags(write=True)
             vectors[1] = np.nan
-    motion_command._print_extremes(turn, np.array([10.0, 20.0, 30.0]), "crank [°]")
+    motion_command._print_extremes(turn, np.array([10.0, 20.0, 30.0]), "°", "there")
     printed = " ".join(capsys.readouterr().out.split())
     assert "nan" not in printed
     assert "Not known at 1 of 3 places" in printed
@@ -341,11 +341,13 @@ def test_places_are_told_without_rounding(tmp_path: Path) -> None:
     path.write_text(ARM, encoding="utf-8")
     found = run("sweep", path, "--samples", 361, "--gravity", 0, 0, -9.81)
     cells = {line.split()[0]: line.split() for line in found.output.splitlines() if line.strip()}
-    start = run("sweep", path, "--samples", 361, "--csv", "-", "--gravity", 0, 0, -9.81).stdout
-    first = float(pandas.read_csv(io.StringIO(start)).filter(like="shoulder.position").iloc[0, 0])
-    # The weight is the same everywhere, and so is greatest where the sweep begins.
-    assert float(cells["shoulder"][2]) == pytest.approx(np.rad2deg(first), abs=0.05)
-    assert {float(cells[name][4]) for name in ("shoulder", "elbow")} <= {-180.0, 0.0, 180.0}
+    # The weight is the same everywhere, and so is greatest where the sweep begins; of two drives
+    # the sample is told, as the position of one of them is no place.
+    assert cells["shoulder"][2] == "0" and "way of 2 drives" in " ".join(found.output.split())
+    one = run("sweep", path, "--held", "elbow=0", "--samples", 361, "--gravity", 0, 0, -9.81)
+    rows = (line.split() for line in one.output.splitlines())
+    cells = {row[0]: row for row in rows if len(row) == 7}
+    assert {float(cells[name][4]) for name in ("shoulder", "elbow")} <= {-180.0, 0.0, 180.0, 360.0}
 
 
 def test_a_force_of_which_statics_tells_nothing_is_shown_with_a_star() -> None:

@@ -85,3 +85,14 @@ def test_several_speeds_and_loads_are_load_cases(tmp_path: Path) -> None:
     assert frame.case.nunique() == 6
     rows = frame[(frame.owner == "rocker_bearing") & (frame.quantity == "torsion")]
     assert sorted(set(rows.greatest.round(9))) == [-10.0, -5.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "is_said"), [("0,5", True), ("100,200", True), ("100rpm,200rpm", False), ("7", False)]
+)
+def test_a_comma_that_may_be_a_decimal_is_told(text: str, is_said: bool, tmp_path: Path) -> None:
+    found = run("four_bar", "--speed", text, "--samples", 9, "--out", tmp_path / "x.csv")
+    assert found.exit_code == 0, found.output
+    told = f"is read as two load cases, {text.replace(',', ' and ')}"
+    assert (told in found.stderr) == is_said
+    assert (f"has a point: {text.replace(',', '.')}" in found.stderr) == is_said

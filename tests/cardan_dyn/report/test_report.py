@@ -20,8 +20,8 @@ pytest.importorskip("jinja2", reason="the report is a page made by Jinja")
 from cardan_dyn.practice.report import report
 from cardan_dyn.practice.report.verdicts import Comparison, Comparisons
 
-PASSED = Comparison("shaft", "torque <T>", "theory (1)", 10.0, 1.25e-15, 1e-13)
-FAILED = Comparison("shaft", "speed & angle", "theory (2)", 10.0, 2e-13, 1e-13)
+PASSED = Comparison("shaft", "torque <T>", "theory (1)", 1e-13, {10.0: 1.25e-15})
+FAILED = Comparison("shaft", "speed & angle", "theory (2)", 1e-13, {10.0: 2e-13})
 BOTH = Comparisons([PASSED, FAILED])
 FIGURES = ["grossmann_abb_3", "grossmann_abb_4", "speed_ratio", "thoma_6_7"]
 
@@ -55,7 +55,7 @@ def test_json_holds_every_comparison() -> None:
     assert second["passed"] is False
     assert json.loads(report.as_json(Comparisons([PASSED])))["passed"] is True
     # Symbols stay legible.
-    symbol = Comparisons([Comparison("s", "β", "t", 1.0, 0.0, 1.0)])
+    symbol = Comparisons([Comparison("s", "β", "t", 1.0, {1.0: 0.0})])
     assert "β" in report.as_json(symbol)
 
 

@@ -85,9 +85,7 @@ def by_name(report: Report) -> dict[tuple[str, str], Any]:
 def test_structure_at_rest() -> None:
     """Two rods of 2 kg that lean on each other: 2 mg at each foot's side, mg/2 across the ridge."""
     mechanism = cd.load(ROOF)
-    found = by_name(
-        Report.of_case(mechanism, case_of(mechanism, gravity=(0.0, 0.0, -9.81)), date="2020-01-01")
-    )
+    found = by_name(Report(case_of(mechanism, gravity=(0.0, 0.0, -9.81)), date="2020-01-01"))
     weight = 2.0 * 9.81
     assert found["ridge", "shear"].greatest == pytest.approx(weight / 2.0, rel=1e-12)
     assert found["foot_left", "shear"].least == pytest.approx(weight * np.hypot(1.0, 0.5))
@@ -267,7 +265,7 @@ def test_grid_keeps_all_digits() -> None:
 @cache
 def lifted() -> Report:
     mechanism = cd.load(TABLE)
-    return Report.of_case(mechanism, case_of(mechanism, drive=("a", "b"), gravity=(0, 0, -9.81)))
+    return Report(case_of(mechanism, drive=("a", "b"), gravity=(0, 0, -9.81)))
 
 
 def four_bars() -> Report:
@@ -325,7 +323,7 @@ class TestPage:
     def test_whatever_is_described_has_a_page(self, description: str, tmp_path: Path) -> None:
         mechanism = cd.load(description)
         for gravity in (None, (0.0, 0.0, -9.81)):
-            report = Report.of_case(mechanism, case_of(mechanism, gravity=gravity, samples=31))
+            report = Report(case_of(mechanism, gravity=gravity, samples=31))
             text = self.page(report, tmp_path)
             assert ("Nothing acts" in text) == (gravity is None)
             assert "There are none" in text
@@ -445,7 +443,7 @@ def test_efforts_alone_have_a_page(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     pytest.importorskip("jinja2")
     mechanism = cd.load(GEARS)
-    report = Report.of_case(mechanism, case_of(mechanism, loads={"shaft_out": -50.0}))
+    report = Report(case_of(mechanism, loads={"shaft_out": -50.0}))
     text = report.save(tmp_path / "gears.html", scene=False).read_text("utf-8")
     assert "he greatest" in text and "N·m at" in text
     assert by_name(report)["shaft_in", "drive effort"].greatest == pytest.approx(-20.0)
@@ -561,3 +559,45 @@ def test_each_force_is_told_once() -> None:
     for item in report.extremes:
         (first, _), (second, _) = item.ends
         assert {first, second} == {item.greatest, item.least} and abs(first) >= abs(second)
+
+
+ARM = """<robot name="arm"><link name="base"/><link name="beam"><inertial><origin xyz="0.5 0 0"/>
+<mass value="4"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>
+<joint name="wrist" type="revolute"><parent link="base"/><child link="beam"/><axis xyz="0 -1 0"/>
+<limit lower="-0.5" upper="0.5" effort="15" velocity="0"/></joint></robot>"""
+
+
+@pytest.mark.usefixtures("without_pictures")
+def test_limits_that_are_exceeded_are_told(tmp_path: Path) -> None:
+    pytest.importorskip("jinja2", reason="it is a page")
+    spring = cd.JointSpring("wrist", stiffness=2.5e3, damping=0.125, rest=0.1, name="stay")
+    scene = cd.Scene(cd.load(ARM), drive="wrist", gravity=(0, 0, -9.81), elements=[spring])
+    within, beyond = (Report(scene.sweep(np.linspace(-0.5, end, 9))) for end in (0.5, 0.6))
+    effort = 4 * 9.81 * 0.5 * np.cos(0.5) + 2.5e3 * (-0.5 - 0.1)
+    told = "Exceeds limit of wrist (28.65°): 34.38° at wrist 34.38°."
+    assert told in beyond.beware and f"! {told}" in str(beyond)
+    (of_effort,) = (text for text in beyond.exceeded if "effort limit of wrist (-15 N·m)" in text)
+    assert amount(effort, "N·m") in of_effort
+    assert not any("limit of wrist (28" in text for text in within.beware)
+    text = beyond.save(tmp_path / "page.html", scene=False).read_text("utf-8")
+    first, _, rest = text.partition("<section>")
+    assert told in first and told not in rest
+    # Elements are told with their units.
+    assert "stiffness 2.5 kN·m/rad; damping 0.125 N·m·s/rad; rest 0.1 rad" in rest
+
+
+def test_a_universal_joint_has_a_force_and_a_moment() -> None:
+    """Along the normal of its cross is no axis by which it could be sized."""
+    crossed = """<robot name="shaft"><link name="base"/><link name="a"/><link name="b"/>
+    <joint name="in" type="continuous"><parent link="base"/><child link="a"/><axis xyz="1 0 0"/>
+    </joint><joint name="cross" type="universal"><parent link="a"/><child link="b"/>
+    <axis xyz="0 1 0"/><axis2 xyz="0 0 1"/></joint><loop name="out" type="continuous">
+    <predecessor link="base"><origin xyz="0 0 0" rpy="0 0 0.3"/></predecessor>
+    <successor link="b"/><axis xyz="1 0 0"/></loop></robot>"""
+    scene = cd.Scene(cd.load(crossed), drive="in", loads={"out": -10.0})
+    report = Report(scene.sweep(np.linspace(0.0, 2.0 * np.pi, 91)))
+    told = {item.quantity: item for item in report.extremes if item.owner == "cross"}
+    assert set(told) == {"force", "moment"}
+    # The moment is normal to the plane of both pins: between M₂ and M₂ / cos β.
+    assert told["moment"].greatest == pytest.approx(10.0 / np.cos(0.3), rel=1e-9)
+    assert told["moment"].least == pytest.approx(10.0, rel=1e-9)

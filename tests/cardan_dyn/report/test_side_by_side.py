@@ -219,11 +219,14 @@ def test_drives_without_a_task_are_drawn_over_samples() -> None:
         assert all(len(at) == len(TIP) and at[-1] == len(TIP) for at, _ in curves)
 
 
-def test_a_case_with_nothing_of_its_own_is_called_by_its_number() -> None:
+def test_a_case_with_nothing_of_its_own_is_called_by_what_it_lacks() -> None:
     assert cd.Reports(lifted(FORCES[0], FORCES[0])).labels == ("case 1", "case 2")
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": 5.0})
     weighed = scene.replace(gravity=(0.0, -9.81, 0.0))
-    assert cd.Reports([scene.sweep(TURN), weighed.sweep(TURN)]).labels == ("case 1", "gravity")
+    assert cd.Reports([scene.sweep(TURN), weighed.sweep(TURN)]).labels == (
+        "without gravity",
+        "gravity",
+    )
 
 
 def test_the_head_tells_what_cases_have_in_common_and_what_each_has(tmp_path: Path) -> None:
@@ -263,7 +266,7 @@ def test_a_report_of_a_task_tells_its_rows_and_places_in_them(tmp_path: Path) ->
     pytest.importorskip("jinja2", reason="it is a page")
     text = html.unescape(report.save(tmp_path / "page.html", scene=False).read_text("utf-8"))
     plain = re.sub(r"<[^>]*>|\u200b", "", text)
-    assert f"Task: {across}; hand.z -1 … 0 m" in plain and "from -1 to 0 m" in plain
+    assert f"Task: {across}; hand.z -1 … 0 m" in plain and "task hand.z-1 … 0 m" in plain
     assert place in plain
 
 

@@ -14,6 +14,7 @@ from ....kit.arrays import Array
 from ....kit.checks import number, positive
 from ....kit.errors import ArgumentError, VibrationError, choices
 from ....kit.extremes import turns
+from ....kit.time_left import Task
 from ...simulation.events import Event
 from ..model.rotating_scene import rotating_scene
 from ..motions.driven import Characteristic, DrivenMotions
@@ -451,11 +452,13 @@ def run_up(
         )
     search = MotionSearch(rotating_scene(scene), positive("max_amplitude", max_amplitude))
     given = None if torque is None else Characteristic(torque)
-    run = SimulatedRun(search, first, last, given).over(duration, rtol)
-    # A weak torque may let the drive slow down first.
-    lowest = (min if last > first else max)(first, np.nan_to_num(run.settled, nan=first))
-    curve = TorqueCurve(search, steady_path(search, float(lowest), last), given)
-    return _compared(search.rotating.scene, run, curve)
+    with Task("run-up", 2) as task:
+        run = SimulatedRun(search, first, last, given).over(duration, rtol)
+        task.tell(1)
+        # A weak torque may let the drive slow down first.
+        lowest = (min if last > first else max)(first, np.nan_to_num(run.settled, nan=first))
+        curve = TorqueCurve(search, steady_path(search, float(lowest), last), given)
+        return _compared(search.rotating.scene, run, curve)
 
 
 def _compared(scene: Scene, run: Run, curve: TorqueCurve) -> RunUp:

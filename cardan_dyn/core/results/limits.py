@@ -1,0 +1,94 @@
+"""Limits: what a description allows its joints, and where a sweep goes beyond that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ...kit.arrays import NOTHING, Array
+from ...kit.errors import ModelError
+from ...kit.quantities import amount
+from ..mechanism.mechanism import Mechanism
+
+UNLIMITED = (-np.inf, np.inf)
+_NO_LIMIT = 1e3
+"""Range of a coordinate [rad or m] from which on its limits count as none: descriptions write
+such numbers where the format requires a limit."""
+_TURN = 2.0 * np.pi - 0.02
+"""Range of an angle [rad] from which on its limits count as none: exporters write ±3.14 for it."""
+
+
+def described_limits(mechanism: Mechanism, name: str) -> tuple[float, float]:
+    """Return the limits of a coordinate that the description means as such [rad or m]."""
+    joint = mechanism.joints[mechanism.drivable[name].joint]
+    if joint.type not in ("revolute", "prismatic"):
+        return UNLIMITED
+    model = mechanism.model
+    column = model.idx_qs[joint.id]
+    low, high = float(model.lowerPositionLimit[column]), float(model.upperPositionLimit[column])
+    most = _TURN if joint.type == "revolute" else _NO_LIMIT
+    return (low, high) if 0.0 < high - low < most else UNLIMITED
+
+
+def exceeded(sweep: Any) -> tuple[str, ...]:
+    """Return in words where a sweep goes beyond limits of its description, once for each of them.
+
+    These are positions of all joints, and efforts of drives, of what is held and of actuated
+    joints. An angle is the same after a turn; limits of zero for efforts are none, as URDF requires
+    some. Speeds are not judged.
+    """
+    found = []
+    for what, values, low, high, unit in _limited(sweep):
+        flat = np.ravel(np.broadcast_to(values, sweep.shape))
+        over = np.nan_to_num(np.maximum(flat - high, low - flat), nan=-np.inf)
+        worst = int(over.argmax()) if over.size else 0
+        if over.size and over[worst] > NOTHING * max(abs(low), abs(high)):
+            value = float(flat[worst])
+            limit, most = amount(high if value > high else low, unit), amount(value, unit)
+            found.append(f"exceeds {what} ({limit}): {most} at {_at(sweep, worst)}")
+    return tuple(found)
+
+
+def _limited(sweep: Any) -> Iterator[tuple[str, Array, float, float, str]]:
+    """Yield what has limits, its values `(...)`, least and greatest that are allowed, a unit."""
+    for name, item in sweep.mechanism.drivable.items():
+        low, high = described_limits(sweep.mechanism, name)
+        if (low, high) == UNLIMITED:
+            continue
+        values = np.asarray(sweep.motion.position(name))
+        if item.slides:
+            yield f"limit of {name}", values, low, high, "m"
+            continue
+        turn, middle = 2.0 * np.pi, (low + high) / 2.0
+        near = values - turn * np.round((values - middle) / turn)
+        low, high = float(np.degrees(low)), float(np.degrees(high))
+        yield f"limit of {name}", np.degrees(near), low, high, "°"
+    stated = {item.name: item.limits.effort for item in sweep.mechanism.description.joints}
+    for name, values in _efforts(sweep).items():
+        limit = stated.get(name, np.inf)
+        if 0.0 < limit < np.inf:
+            unit = sweep.mechanism.drivable[name].effort_unit
+            yield f"effort limit of {name}", values, -limit, limit, unit
+
+
+def _efforts(sweep: Any) -> dict[str, Array]:
+    """Return the efforts of what is driven, held or actuated, as far as they are known."""
+    try:
+        of_drives = np.reshape(sweep.drive_effort, (*sweep.shape, -1))
+        found = dict(zip(sweep.coordinates, np.moveaxis(of_drives, -1, 0), strict=False))
+        return found | dict(sweep.holding_effort) | dict(getattr(sweep, "actuated_effort", {}))
+    except ModelError:  # The outputs leave them out.
+        return {}
+
+
+def _at(sweep: Any, sample: int) -> str:
+    """Return where a sample is: the position of a single drive, or its number."""
+    if len(sweep.coordinates) != 1:
+        return f"sample {sample}"
+    (name,) = sweep.coordinates
+    value = float(np.ravel(np.broadcast_to(sweep.position, sweep.shape))[sample])
+    if sweep.mechanism.drivable[name].slides:
+        return f"{name} {amount(value, 'm')}"
+    return f"{name} {amount(float(np.degrees(value)), '°')}"

@@ -1,0 +1,186 @@
+"""Cases: findings of one load case or of several side by side, and which of them governs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..._version import __version__
+from ...core.results.result import Result
+from ...core.results.table import Table, Variable
+from ...kit.errors import ArgumentError
+from ...kit.frozen import Frozen
+from ...kit.quantities import amount, column
+from .extremes import RIGHT, Extreme, counted
+from .findings import EFFORTS, Findings
+
+
+class Cases(Result, Frozen):
+    """Findings of a mechanism in one load case or in several.
+
+    Attributes:
+        reports: findings of each.
+        labels: their names; none of a case that stands alone.
+    """
+
+    def __init__(self, reports: Sequence[Findings], labels: Sequence[str]) -> None:
+        self.reports, self.labels = tuple(reports), tuple(labels)
+        self._freeze()
+
+    @cached_property
+    def governing(self) -> list[tuple[int, Extreme]]:
+        """Of each quantity that statics determines the greatest, behind the index of its case."""
+        found: dict[str, tuple[int, Extreme]] = {}
+        for case, report in enumerate(self.reports):
+            for item in report.once:
+                best = found.get(item.quantity)
+                if item.determined and (best is None or item.size > best[1].size):
+                    found[item.quantity] = case, item
+        efforts = {(found[name][0], found[name][1].owner) for name in EFFORTS if name in found}
+        return [
+            (case, item)
+            for case, item in found.values()
+            if (case, item.owner) not in efforts or not self.reports[case].is_effort(item)
+        ]
+
+    @property
+    def in_words(self) -> str:
+        """How many load cases there are, and what they have in common."""
+        common, _ = _apart(self.reports)
+        shared = f", in all of them {'; '.join(common)}" if common else ""
+        return f"{counted(len(self.reports), 'load case')}{shared}"
+
+    @property
+    def told_apart(self) -> list[str]:
+        """Of each case its label, and what it has beyond the others if that does not say so."""
+        every = told_apart(self.reports)
+        return [
+            label if not text or text == label else f"{label}: {text}"
+            for label, text in zip(self.labels, every, strict=True)
+        ]
+
+    def sharing(self, case: int, item: Extreme) -> str:
+        """Return the labels of the cases in which a quantity is as great as in one of them."""
+        found = []
+        for index, report in enumerate(self.reports):
+            same = report.acting.get((item.owner, item.quantity))
+            is_same = same is not None and abs(same.size - item.size) <= RIGHT * item.size
+            found += [self.labels[index]] if is_same or index == case else []
+        return "all" if 1 < len(self.labels) == len(found) else ", ".join(found)
+
+    @property
+    def compared(self) -> list[tuple[str, str, str, list[float]]]:
+        """What acts and statics determines: owner, quantity, unit, greatest in size by case."""
+        found = {}
+        told = ((one.owner, one.quantity) for report in self.reports for one in report.told)
+        for key in dict.fromkeys(told):
+            row = [report.acting.get(key) for report in self.reports]
+            known = [item for item in row if item is not None]
+            if all(item.determined for item in known):
+                sizes = [item.ends[0][0] if item else 0.0 for item in row]
+                found[key] = known[0].unit, sizes
+        return [(*key, *of) for key, of in found.items()]
+
+    def table(self) -> Table:
+        """Return the extremes of all cases, a row each; see `Report.table`."""
+        cases = [case for case, report in enumerate(self.reports) for _ in report.extremes]
+        rows = [item for report in self.reports for item in report.extremes]
+        fields = {
+            "owner": "joint, drive, coupling or element",
+            "quantity": "what it is",
+            "unit": "of greatest and least",
+            "greatest": "greatest value",
+            "least": "least value",
+            "determined": "by the laws of motion alone",
+            "error": "by how much it may exceed them",
+        }
+        told: list[tuple[str, list[Any], str, str]] = [
+            (name, [getattr(item, name) for item in rows], "", text)
+            for name, text in fields.items()
+        ]
+        if self.labels:
+            told.insert(0, ("case", [self.labels[case] for case in cases], "", "load case"))
+        mechanism = self.reports[0].mechanism
+        for name in dict.fromkeys(name for report in self.reports for name in report.drives):
+            for end in ("greatest", "least"):
+                values = []
+                for case, item in zip(cases, rows, strict=True):
+                    places, drives = getattr(item, f"{end}_at"), self.reports[case].drives
+                    is_known = len(places) and name in drives
+                    values.append(places[0, drives.index(name)] if is_known else np.nan)
+                unit = mechanism.drivable[name].unit
+                told.append((f"{end}_at_{name}", values, unit, f"position of {name} there"))
+        return Table(
+            [
+                (name, Variable(("row",), np.array(values), unit, text))
+                for name, values, unit, text in told
+            ],
+            {"row": len(rows)},
+            attributes={
+                "mechanism": mechanism.name,
+                "sha256": self.reports[0].sha256,
+                "cardan_dyn_version": __version__,
+            },
+        )
+
+    def __repr__(self) -> str:
+        name = self.reports[0].mechanism.name
+        count = counted(len(self.reports), "load case")
+        return f"<{type(self).__name__} of {name!r}: {count}>"
+
+    def __str__(self) -> str:
+        lines = [f"{self.reports[0].title}: {self.in_words}"]
+        for index, (text, report) in enumerate(zip(self.told_apart, self.reports, strict=True), 1):
+            lines.append(f"{index}: {text}")
+            lines += [f"   ! {doubt}" for doubt in report.beware]
+        width = max((len(item.quantity) for _, item in self.governing), default=0)
+        for case, item in self.governing:
+            (most, first), _ = item.ends
+            place = f" at {self.reports[case].at(first[:2])}" if len(first) else ""
+            shown = f"{amount(most, item.unit)} in {item.owner}{place}"
+            lines.append(f"{item.quantity.ljust(width)}  {shown}: {self.sharing(case, item)}")
+        owner = ""
+        counts = "".join(f"{index:>10}" for index in range(1, len(self.labels) + 1))
+        lines.append(f"  {'greatest in size'.ljust(16)}{counts}")
+        for of, quantity, unit, sizes in self.compared:
+            if of != owner:
+                owner = of
+                lines.append(owner)
+            numbers, unit = column(sizes, unit)
+            lines.append(f"  {quantity.ljust(16)}{''.join(f'{n:>10}' for n in numbers)} {unit}")
+        opened = (report.left_open for report in self.reports)
+        return "\n".join([*lines, *dict.fromkeys(filter(None, opened))])
+
+
+def told_apart(reports: Sequence[Findings]) -> list[str]:
+    """Return of each case what not all of them have in common; nothing where that is nothing."""
+    _, every = _apart(reports)
+    of_others = "; ".join(dict.fromkeys(line for own in every for line in own))
+    return [", ".join(own) or (f"without {of_others}" if of_others else "") for own in every]
+
+
+def labels_of(reports: Sequence[Findings], given: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of cases: as given, or by what tells them apart, or their numbers.
+
+    Raises:
+        ArgumentError: they are not as many as the cases, or the same.
+    """
+    labels = tuple(given) or tuple(told_apart(reports))
+    if not given and ("" in labels or len(set(labels)) < len(labels)):
+        labels = tuple(f"case {index}" for index in range(1, len(reports) + 1))
+    if len(labels) != len(reports) or len(set(labels)) < len(labels):
+        raise ArgumentError(
+            f"labels are {list(labels)}, expected one of its own for each of "
+            f"{len(reports)} load cases"
+        )
+    return labels
+
+
+def _apart(reports: Sequence[Findings]) -> tuple[list[str], list[list[str]]]:
+    """Return which lines all cases have in common, and which others each of them has."""
+    cases = [report.case_lines for report in reports]
+    common = [line for line in cases[0] if all(line in lines for lines in cases)]
+    return common, [[line for line in lines if line not in common] for lines in cases]

@@ -1,0 +1,87 @@
+"""Limits of descriptions: what a sweep says where joints or efforts go beyond them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+
+ARM = """<robot name="arm"><link name="base"/>
+<link name="upper"><inertial><origin xyz="0.5 0 0"/><mass value="4"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link><link name="tip"/>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+<axis xyz="0 -1 0"/><limit lower="-1" upper="1.5" effort="15" velocity="0"/></joint>
+<joint name="boom" type="prismatic"><parent link="upper"/><child link="tip"/>
+<axis xyz="1 0 0"/><limit lower="-0.2" upper="0.3" effort="0" velocity="0"/></joint></robot>"""
+BAR = """<robot name="bar"><link name="base"/><link name="crank"/>
+<link name="rod"/><link name="rocker"/>
+<joint name="motor" type="continuous"><parent link="base"/><child link="crank"/>
+<axis xyz="0 0 1"/></joint>
+<joint name="pin" type="continuous"><parent link="crank"/><child link="rod"/>
+<origin xyz="0.2 0 0"/><axis xyz="0 0 1"/></joint>
+<joint name="wrist" type="revolute"><parent link="base"/><child link="rocker"/>
+<origin xyz="0.8 0 0"/><axis xyz="0 0 1"/><limit lower="-2.2" upper="-1.5" effort="1" velocity="1"/>
+</joint>
+<loop name="end" type="continuous"><predecessor link="rod"><origin xyz="0.8 0 0"/></predecessor>
+<successor link="rocker"><origin xyz="0.5 0 0"/></successor><axis xyz="0 0 1"/></loop></robot>"""
+
+
+def swept(positions: list[list[float]]) -> str:
+    scene = cd.Scene(cd.load(ARM), drive=["shoulder", "boom"], gravity=(0.0, 0.0, -9.81))
+    return repr(scene.sweep(np.array(positions)))
+
+
+def test_strokes_and_efforts_are_held_against_the_file() -> None:
+    """The weight's moment is 4 · 9.81 · 0.5 cos φ; zero as a limit of efforts means none."""
+    text = swept([[0.0, 0.0], [1.6, -0.25]])
+    assert "exceeds limit of shoulder (85.94°): 91.67° at sample 1" in text
+    assert "exceeds limit of boom (-200 mm): -250 mm at sample 1" in text
+    moment = 4 * 9.81 * 0.5
+    told = f"exceeds effort limit of shoulder (15 N·m): {moment:.4g} N·m at sample 0"
+    assert told in text and "effort limit of boom" not in text
+    steep = math.acos(14.9 / moment)
+    assert "exceeds" not in swept([[steep, -0.2], [1.5, 0.3]])
+
+
+def test_an_angle_is_the_same_after_a_turn() -> None:
+    assert "limit of shoulder" not in swept([[1.0 + 2.0 * np.pi, 0.0], [1.0 - 4.0 * np.pi, 0.0]])
+
+
+def rocker(angle: float) -> float:
+    """Return where the rocker stands, by the law of cosines, in the mode below the ground."""
+    x, y = 0.2 * math.cos(angle) - 0.8, 0.2 * math.sin(angle)
+    far = math.hypot(x, y)
+    beside = math.acos((0.5**2 + far**2 - 0.8**2) / (2 * 0.5 * far))
+    return math.atan2(y, x) + beside - 2.0 * math.pi * (y >= 0.0)
+
+
+def test_a_joint_that_follows_is_judged_as_well() -> None:
+    scene = cd.Scene(cd.load(BAR), drive="motor", near={"wrist": -1.444, "pin": -0.239})
+    turn = np.linspace(0.0, 2.0 * np.pi, 73)
+    told = repr(scene.sweep(turn))
+    angles = np.array([rocker(angle) for angle in turn])
+    over = np.maximum(angles + 1.5, -2.2 - angles)
+    worst = int(over.argmax())
+    limit = math.degrees(-1.5 if angles[worst] > -1.5 else -2.2)
+    assert over[worst] > 0.01
+    assert (
+        f"exceeds limit of wrist ({limit:.4g}°): {math.degrees(angles[worst]):.4g}° at "
+        f"motor {math.degrees(turn[worst]):.4g}°"
+    ) in told
+    inside = turn[over < -1e-3]
+    assert len(inside) > 5 and "exceeds" not in repr(scene.sweep(inside))
+
+
+def test_ranges_of_drives_say_whose_limits_they_leave() -> None:
+    found = cd.describe(cd.load(BAR)).drives
+    assert "exceeds limit of wrist" in found["motor"].ends
+    assert "exceeds" not in cd.describe(cd.load("four_bar")).drives["crank_bearing"].ends
+
+
+@pytest.mark.parametrize("outputs", [["shoulder"], []])
+def test_what_outputs_leave_out_is_not_judged(outputs: list[str]) -> None:
+    scene = cd.Scene(cd.load(ARM), drive=["shoulder", "boom"], outputs=outputs)
+    assert "exceeds limit of boom" in repr(scene.sweep([[0.0, 0.5]]))
