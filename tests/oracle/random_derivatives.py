@@ -260,7 +260,7 @@ def _backwards(
         by, unit = told[name], _unit(case, oracle, name)
         parts = terms(by, own[name])
         there = sum(np.abs(part).sum() for part in terms(sweep, own[name]))
-        size = sum(np.abs(part).sum() for part in parts) + there / unit
+        size = sum(np.abs(part).sum() for part in parts) + (there + NOTHING) / unit
         error = abs(slope - sum(part.sum() for part in parts))
         if not error <= allowed * size:
             wrong.append(f"{_kind(name)} {name}: backwards {error / size:.1e}")

@@ -19,9 +19,10 @@ from ...kit.arrays import Array, generic, some
 from ...kit.threads import in_turn
 from ..elements.link_loads import LinkLoad
 from ..kinematics.tolerances import REGULAR_CONDITION
-from ..mechanics.bodies import Mass, Tree
+from ..mechanics.bodies import Mass
 from ..mechanics.elimination import THRESHOLD, Order, UnsuitableError
-from ..mechanics.placements import moved, moving
+from ..mechanics.placements import moved as rates_of
+from ..mechanics.placements import moving
 from ..mechanics.reactions import momentum_rates
 from ..mechanics.sample import Given, LinkForce, Position, Solved, solved_at, stressed_at
 from ..mechanics.vectors import ZERO, times
@@ -30,6 +31,7 @@ from ..proof.derived import derived_errors
 from ..tape import NOTHING, Differential, Factor, Scalar, Trace, Variable, greater
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs, JointRates
 from .parameters import (
+    Numbers,
     OfColumn,
     OfDescription,
     OfElement,
@@ -37,10 +39,12 @@ from .parameters import (
     OfOrigin,
     OfRow,
     Parameter,
+    moved,
+    slopes_of,
 )
 from .problem_solver import ProblemSolver
 from .pushing import Pushing
-from .tape import SAMPLES, Equations, Kind, LinkKind, Prescribed, Tape
+from .tape import SAMPLES, Equations, Kind, Prescribed, Tape
 from .taped import MOST_TAPES, TapedSolver, vectors
 
 if TYPE_CHECKING:
@@ -128,15 +132,14 @@ class Pattern(NamedTuple):
         seeded: rows of `Prescribed` that change besides, with what elements exert.
         weighted: rows of results that are weighted, where derivatives are found backwards; None
             where they are found forwards.
-        numbers_at: returns the tree, and the links that wrenches act on, of a mechanism in which
-            joints lie elsewhere.
+        slopes: returns derivatives of numbers of the tree and of links, see `slopes_of`.
         of_stress: whether a self-stress is differentiated, in place of what is found.
     """
 
     parameters: Sequence[Parameter]
     seeded: Sequence[int]
     weighted: Sequence[int] | None
-    numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]]
+    slopes: Callable[[Sequence[OfOrigin]], Mapping[str, Numbers]]
     of_stress: bool = False
 
 
@@ -166,9 +169,10 @@ class _Derivatives(Tape):
         with Trace() as trace:
             own = [trace.input(f"p{k}", 0.0, uniform=True) for k in range(len(of.parameters))]
             tree, links, adding = equations.tree, equations.links, dict[int, list[Mass]]()
+            slopes = of.slopes([item for item in of.parameters if isinstance(item, OfOrigin)])
             for change, item in zip(own, of.parameters, strict=True):
                 if isinstance(item, OfOrigin):
-                    tree, links = item.moved(tree, links, change, of.numbers_at)
+                    tree, links = moved((tree, links), slopes[item.name], change)
                 elif isinstance(item, OfMass) and item.body >= 0:
                     adding.setdefault(item.body, []).extend(item.adds(change, tree.length))
             self.equations = equations.on(tree, links)
@@ -215,9 +219,9 @@ class _Derivatives(Tape):
             unstable = greater(solved.growth * THRESHOLD, solved.narrowness / REGULAR_CONDITION)
             directions: list[dict[int, Scalar]] = []
             if of.weighted is None:
-                for k, change in enumerate(by):
+                for k, way in enumerate(by):
                     seeds = {row: trace.input(f"s{k}.{row}", 1.0) for row in seeded}
-                    directions.append({**seeds, change: seeds.get(change, 0.0) + 1.0})
+                    directions.append({**seeds, way: seeds.get(way, 0.0) + 1.0})
                 written = differential.forwards(directions, ends, [unstable])
             else:
                 weights = {ends[row]: trace.input(f"w{row}", 1.0) for row in of.weighted}
@@ -295,7 +299,7 @@ class _Derivatives(Tape):
                 for row, way in zip(rows, opening, strict=True)
             }
             step = position.factors.solve([x if x in closing else 0.0 for x in opened])
-            moves = [moved(body, position.x, step) for body in bodies]
+            moves = [rates_of(body, position.x, step) for body in bodies]
             rates = {column: rate for each in moves for column, rate in each.items()}
             ways = differential.tangents([*rates.values()], closing)
             for column, way in zip(rates, ways, strict=True):
@@ -360,10 +364,18 @@ class Samples:
             loads.append(replace(load, rotation=frame.rotation, translation=frame.translation))
         return self._taped.kind_of(self._inputs, loads, self._moves_alone)
 
-    def _numbers_at(self, mechanism: Mechanism) -> tuple[Tree, tuple[LinkKind, ...]]:
-        """Return the tree of such a mechanism, and where links lie that wrenches act on."""
-        tree = self._taped.tree_at(mechanism, self._kind.factored)
-        return tree, self._kind_at(mechanism).links
+    def _origins(self, items: Sequence[OfOrigin]) -> Mapping[str, Numbers]:
+        """Return derivatives of numbers of the tree and of links, see `slopes_of`."""
+        taped, mechanism = self._taped, self._taped.problem.mechanism
+        loaded = tuple(name for name, _ in self._links)
+
+        def numbers_at(of: Mechanism) -> Numbers:
+            return taped.tree_at(of, self._kind.factored), self._kind_at(of).links
+
+        key = taped.key, self._kind, loaded
+        known = mechanism.kept.of("slopes", key, dict[str, Numbers])
+        known |= slopes_of([x for x in items if x.name not in known], mechanism, numbers_at)
+        return known
 
     def changes(
         self, parameters: Sequence[Parameter], seeds: Sequence[Mapping[int, Array]] = ()
@@ -377,7 +389,7 @@ class Samples:
         """
         seeded = tuple(seeds[0]) if seeds else ()
         others = [np.reshape([*of.values()], (-1, self._x.shape[1])) for of in seeds]
-        of = Pattern(parameters, seeded, None, self._numbers_at)
+        of = Pattern(parameters, seeded, None, self._origins)
         runs = self._runs(of, others)
         changes = []
         each = zip(_greatest(runs), self.picked(parameters), strict=True)
@@ -410,7 +422,7 @@ class Samples:
         if not (turning and self.equations.are_stressed):
             return picked
         own = [parameters[k] for k in turning]
-        runs = self._runs(Pattern(own, (), None, self._numbers_at, True), (), self._some)
+        runs = self._runs(Pattern(own, (), None, self._origins, True), (), self._some)
         for k, item, told in zip(turning, own, _greatest(runs), strict=True):
             rates = told[: self._found] * self._sizes
             # Rounding of how it turns is beside how fast all of it does.
@@ -433,7 +445,7 @@ class Samples:
         (weighted,) = sizes.nonzero()
         # A sum of all with generic weights tells, backwards, which parameters are worth a look.
         generics = generic(len(weighted), 1) * sizes[weighted, None]
-        of = Pattern(own, (), tuple(weighted.tolist()), self._numbers_at, True)
+        of = Pattern(own, (), tuple(weighted.tolist()), self._origins, True)
         rates = _greatest(self._runs(of, [generics], self._some))[0]
         units = np.array([self._inverse_unit(item) for item in own])
         doubtful = [own[k] for k in np.flatnonzero(~(rates <= UNIQUE_TOLERANCE * units))]
@@ -491,7 +503,7 @@ class Samples:
             `(k, N)` derivatives by parameters, then by these rows; and for each of them the
             greatest rate at which closure errors grow, in units of the mechanism.
         """
-        of = Pattern(parameters, seeded, tuple(weights), self._numbers_at)
+        of = Pattern(parameters, seeded, tuple(weights), self._origins)
         runs = self._runs(of, [np.reshape([*weights.values()], (-1, self._x.shape[1]))])
         result = np.zeros((len(parameters) + len(seeded), self._x.shape[1]))
         for tape, part in runs:

@@ -64,7 +64,8 @@ class Pushing(NamedTuple):
             by = (places[:, None] / far)[..., None]
             many = self._replace(x=self.x + by * x, v=self.v + by * v)
             if isinstance(parameter, OfOrigin):
-                mechanisms = [parameter.displaced(at / float(far[0])) for at in places.tolist()]
+                ends = (places / far[0]).tolist()
+                mechanisms = [parameter.displaced(self.mechanism, by) for by in ends]
                 each = zip(mechanisms, many.x, many.v, strict=True)
                 return np.stack([self._replace(mechanism=on, x=x, v=v).rows() for on, x, v in each])
             every = many._replace(

@@ -22,7 +22,15 @@ from ..description.origins import (
     with_origins,
     without_origins,
 )
-from ..dynamics.parameters import OfColumn, OfElement, OfMass, OfOrigin, OfRow, Parameter
+from ..dynamics.parameters import (
+    OfColumn,
+    OfElement,
+    OfMass,
+    OfOrigin,
+    OfRow,
+    Parameter,
+    joints_of,
+)
 from ..mechanics.bodies import Mass
 from ..mechanism.mechanism import Mechanism
 from ..problem.acting import Acting
@@ -252,15 +260,16 @@ def _elements(problem: Problem) -> dict[str, Element]:
 def _of_origin(problem: Problem, name: str) -> OfOrigin:
     """Return a length or an angle of a placement; arguments and errors as of `_parameter`."""
     mechanism = problem.mechanism
-    description = mechanism.description
 
     def changed(of: Description, by: float) -> Description:
         plain = without_origins(of)
         return with_origins(origin_of(plain, name).displaced(plain, by), of.origins)
 
-    def displaced(by: float) -> Mechanism:
-        return Mechanism(changed(description, by), mechanism.base, mechanism.coordinates.cardan)
-
-    if origin_of(without_origins(description), name).turns:
-        return OfOrigin.of_angle(name, changed, displaced)
-    return OfOrigin.of_length(name, changed, displaced, mechanism.characteristic_length)
+    origin = origin_of(without_origins(mechanism.description), name)
+    body = mechanism.link(getattr(origin.joint, origin.carrier))[0] - 1
+    # What lies on the world is counted from its first joint.
+    is_first = body < 0 and joints_of(mechanism)[0] == origin.joint.name
+    at = origin.joint.name, body, is_first or origin.joint.type == "fixed"
+    if origin.turns:
+        return OfOrigin.of_angle(name, changed, at)
+    return OfOrigin.of_length(name, changed, at, mechanism.characteristic_length)
