@@ -123,6 +123,22 @@ def test_the_first_derivative_by_all_numbers_of_a_kind() -> None:
         assert calls(lambda: found[0].derivative(names)) < 3 * first  # noqa: B023
 
 
+def test_a_derivative_by_a_spring() -> None:
+    """Elements are asked for what changes, and no more often."""
+    spring = cd.PointSpring(
+        "base", (0.1, 0.2, 0.0), "coupler", (0.0, 0.1, 0.0), 50.0, name="spring"
+    )
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", elements=[spring])
+    given = iter(np.linspace(0.5, 3.0, 9).tolist())
+
+    def swept() -> cd.Sweep:
+        return scene.sweep([next(given)], speed=2.0)
+
+    swept().derivative("stiffness:spring")
+    swept()
+    assert calls(lambda: swept().derivative("stiffness:spring")) < 3 * calls(swept)
+
+
 def test_calls_of_tables(tmp_path: Path) -> None:
     """Columns are made of whole arrays, however many there are."""
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing")

@@ -189,16 +189,12 @@ class _Derivatives(Tape):
             solved = self._solved(position, given, pushed, of.of_stress)
             differential, inputs = Differential(trace), trace.inputs
             variables = [
-                inputs[f"x{item.column}"]
-                if isinstance(item, OfColumn)
-                else inputs[f"r{item.row}"]
-                if isinstance(item, OfRow)
-                else own[k]
-                for k, item in enumerate(of.parameters)
+                inputs[item.input] if isinstance(item, OfColumn | OfRow) else change
+                for change, item in zip(own, of.parameters, strict=True)
             ]
             rows = [inputs[f"r{row}"] for row in of.seeded]
-            free = {x: differential.free() for x in dict.fromkeys([*variables, *rows])}
-            by, seeded = ([free[x] for x in own] for own in (variables, rows))
+            free = {each: differential.free() for each in dict.fromkeys([*variables, *rows])}
+            by, seeded = [free[each] for each in variables], [free[each] for each in rows]
             changes = dict(free)
             masses = {
                 own[k]: differential.sum([(Factor(given.factors.get(item.link, 1.0)), by[k])])
@@ -292,7 +288,7 @@ class _Derivatives(Tape):
         passives, units = set(self.equations.roles.passives), self.equations.units
         bodies = [body for body in tree.bodies if passives.issuperset(body.rates)]
         ends = len(opened) - len(tree.spins), len(opened)
-        for rows in (range(ends[0]), range(*ends)):
+        for rows in filter(len, (range(ends[0]), range(*ends))):
             opening = differential.tangents([position.errors[row] for row in rows], changes)
             closing = {
                 opened[row]: differential.sum([(Factor(-1.0), way)])
@@ -634,7 +630,9 @@ class Differentiated:
         if self._pushing is None:
             return self._samples.changes(parameters)
         moved = zip(parameters, self._moving.changes(parameters), strict=True)
-        every = np.array([self._pushing.change(item, of.of("x"), of.of("v")) for item, of in moved])
+        every = np.zeros((len(parameters), len(self._exerted), len(self._x)))
+        for own, (item, of) in zip(every, moved, strict=True):
+            own += self._pushing.change(item, of.of("x"), of.of("v"))
         acting = np.flatnonzero(every.any(axis=(0, 2)))
         return self._samples.changes(
             parameters, [{self._exerted[k]: own[k] for k in acting} for own in every]

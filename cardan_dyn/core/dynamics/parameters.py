@@ -37,12 +37,22 @@ class OfColumn(Parameter):
 
     column: int
 
+    @property
+    def input(self) -> str:
+        """Name of the input of a tape that it is."""
+        return f"x{self.column}"
+
 
 @dataclass(frozen=True)
 class OfRow(Parameter):
     """A number among what is prescribed, by its row in `Prescribed`."""
 
     row: int
+
+    @property
+    def input(self) -> str:
+        """Name of the input of a tape that it is."""
+        return f"r{self.row}"
 
 
 @dataclass(frozen=True)
@@ -92,39 +102,6 @@ class OfOrigin(OfDescription):
     is_whole: bool
     unit: float
 
-    @classmethod
-    def of_length(
-        cls,
-        name: str,
-        changed: Callable[[Description, float], Description],
-        at: tuple[str, int, bool],
-        far: float,
-    ) -> OfOrigin:
-        """Return one of a length, whose numbers are compared at places that far away [m].
-
-        Args:
-            name: as it was asked for.
-            changed: see the attribute.
-            at: joint, body, and whether it is whole, see the attributes.
-            far: how far.
-        """
-        return cls(name, changed, (far, -far), (0.5 / far, -0.5 / far), *at, far)
-
-    @classmethod
-    def of_angle(
-        cls,
-        name: str,
-        changed: Callable[[Description, float], Description],
-        at: tuple[str, int, bool],
-    ) -> OfOrigin:
-        """Return one of an angle; arguments as of `of_length`."""
-        nodes = tuple(np.pi / 4.0 * k for k in (1, 3, -3, -1))
-        weights = tuple(
-            sign / (8.0 * np.sin(node / 2.0) ** 2)
-            for sign, node in zip((1.0, -1.0, 1.0, -1.0), nodes, strict=True)
-        )
-        return cls(name, changed, nodes, weights, *at, 1.0)
-
     def displaced(self, mechanism: Mechanism, by: float) -> Mechanism:
         """Return the mechanism in which it is greater by some amount [m or rad]."""
         return _displaced([self], mechanism, by)
@@ -156,11 +133,11 @@ def slopes_of(
 ) -> dict[str, Numbers]:
     """Return the derivatives of all numbers of a tree and of links by lengths and angles.
 
-    Those of places of which others do not depend are found together.
+    Those of which none moves what another does are found together.
 
     Args:
         items: these.
-        mechanism: at which.
+        mechanism: in which.
         numbers_at: returns the numbers of a mechanism.
 
     Returns:
@@ -209,31 +186,30 @@ def _own(item: OfOrigin, mechanism: Mechanism, numbers: Numbers, slopes: Any) ->
             body = tree.bodies[body].parent
         return slope if item.moves(body, joint) else 0.0
 
-    # A joint of a loop carries some of the mass of the loop's successor.
     names = [joints[loop.predecessor.body] for loop in tree.loops]
     names = [name if name in loops else "" for name in names]
-    ends = {name: loop.successor.body for name, loop in zip(names, tree.loops, strict=True) if name}
-    bodies = tuple(
-        Body(*slope)._replace(
-            rotation=own(Body(*slope).rotation, body.parent, joint),
-            translation=own(Body(*slope).translation, body.parent, joint),
-            axis=own(Body(*slope).axis, body.parent, joint),
-            masses=own(Body(*slope).masses, ends.get(joint, index), joint if joint in ends else ""),
-        )
-        for index, (body, joint, slope) in enumerate(
-            zip(tree.bodies, joints, of_tree.bodies, strict=True)
-        )
-    )
+    # A joint of a loop carries some of the mass of the loop's successor.
+    ends = {name: (loop.successor.body, name) for name, loop in zip(names, tree.loops, strict=True)}
+    bodies = []
+    for index, (body, joint) in enumerate(zip(tree.bodies, joints, strict=True)):
+        of = Body(*of_tree.bodies[index])
+        placed = {name: own(getattr(of, name), body.parent, joint) for name in _PLACED}
+        masses = own(of.masses, *ends.get(joint, (index, "")))
+        bodies.append(of._replace(**placed, masses=masses))
     welds = tuple(
         Loop(own(of[0], loop.predecessor.body, name), own(of[1], loop.successor.body, name), 0)
         for loop, name, of in zip(tree.loops, names, of_tree.loops, strict=True)
     )
+    nothing = Tree(*[0.0] * len(Tree._fields))  # type: ignore[arg-type]
     axes = own(of_tree.axes, -1, joints[0])
-    still = Tree(*[0.0] * len(Tree._fields))  # type: ignore[arg-type]
     return (
-        still._replace(axes=axes, bodies=bodies, loops=welds),
+        nothing._replace(axes=axes, bodies=tuple(bodies), loops=welds),
         tuple(own(of, link.body) for link, of in zip(links, of_links, strict=True)),
     )
+
+
+_PLACED = "rotation", "translation", "axis"
+"""Numbers of a body that tell where its joint lies on the parent."""
 
 
 def joints_of(mechanism: Mechanism) -> list[str]:

@@ -269,7 +269,11 @@ def _of_origin(problem: Problem, name: str) -> OfOrigin:
     body = mechanism.link(getattr(origin.joint, origin.carrier))[0] - 1
     # What lies on the world is counted from its first joint.
     is_first = body < 0 and joints_of(mechanism)[0] == origin.joint.name
-    at = origin.joint.name, body, is_first or origin.joint.type == "fixed"
+    is_whole = is_first or origin.joint.type == "fixed"
+    unit = 1.0 if origin.turns else mechanism.characteristic_length
+    nodes, weights = np.array([unit, -unit]), np.array([0.5, -0.5]) / unit
     if origin.turns:
-        return OfOrigin.of_angle(name, changed, at)
-    return OfOrigin.of_length(name, changed, at, mechanism.characteristic_length)
+        nodes = np.pi / 4.0 * np.array([1.0, 3.0, -3.0, -1.0])
+        weights = np.array([0.125, -0.125, 0.125, -0.125]) / np.sin(nodes / 2.0) ** 2
+    places = tuple(nodes.tolist()), tuple(weights.tolist())
+    return OfOrigin(name, changed, *places, origin.joint.name, body, is_whole, unit)
