@@ -110,6 +110,35 @@ def test_scenes_that_differ_in_elements_share_all_else() -> None:
             )
 
 
+def test_the_first_derivative_by_all_numbers_of_a_kind() -> None:
+    """Equations are written down once for all, and lengths of several bodies compared at once."""
+    bar = cd.Scene(cd.load("four_bar"), drive="crank_bearing")
+    bar.sweep([0.1]).derivative("mass:*")  # It imports what is needed.
+    held = {"joint_angle_1": 0.14, "joint_angle_2": -0.2, "joint_angle_3": 0.17}
+    for names in "mass:*", "origin:*.x", "origin:pin_1_in.*":
+        found = []
+        line = cd.load("drive_line")
+        scene = cd.Scene(line, drive="bearing_in", held=held, loads={"bearing_out": -100.0})
+        first = calls(lambda: found.append(scene.sweep(np.linspace(0.0, 1.0, 73))))  # noqa: B023
+        assert calls(lambda: found[0].derivative(names)) < 3 * first  # noqa: B023
+
+
+def test_a_derivative_by_a_spring() -> None:
+    """Elements are asked for what changes, and no more often."""
+    spring = cd.PointSpring(
+        "base", (0.1, 0.2, 0.0), "coupler", (0.0, 0.1, 0.0), 50.0, name="spring"
+    )
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", elements=[spring])
+    given = iter(np.linspace(0.5, 3.0, 9).tolist())
+
+    def swept() -> cd.Sweep:
+        return scene.sweep([next(given)], speed=2.0)
+
+    swept().derivative("stiffness:spring")
+    swept()
+    assert calls(lambda: swept().derivative("stiffness:spring")) < 3 * calls(swept)
+
+
 def test_calls_of_tables(tmp_path: Path) -> None:
     """Columns are made of whole arrays, however many there are."""
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing")

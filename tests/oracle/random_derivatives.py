@@ -77,7 +77,7 @@ def ask(seed: int) -> tuple[list[str], list[str]]:
         unit = _unit(case, oracle, name)
         off = _off(case, oracle, samples, told[name], changes[name], unit, allowed)
         wrong += [f"{_kind(name)} {name}: {item}" for item in off]
-    wrong += _backwards(case, sweep, told, rng, allowed)
+    wrong += _backwards(case, sweep, told, changes, rng, allowed)
     for name in sorted(opening)[:1]:
         try:
             sweep.derivative(name)
@@ -224,6 +224,7 @@ def _backwards(
     case: Case,
     sweep: cd.Sweep,
     told: dict[str, cd.Derivative],
+    changes: dict[str, Sequence[Found]],
     rng: np.random.Generator,
     allowed: float,
 ) -> list[str]:
@@ -244,6 +245,11 @@ def _backwards(
         read = [np.nan_to_num(getattr(of[joint], kind)) for joint, _, kind in names]
         return [part * weight for part, weight in zip(read, weights.values(), strict=True)]
 
+    greatest = max(
+        np.abs(part).max()
+        for name in sweep.outputs
+        for part in (sweep[name].force, sweep[name].moment)
+    )
     own = {name: weights(by) for name, by in told.items()}
     every = weights(sweep)
     turned = [name for name, of in own.items() if any(np.any(of[k] != every[k]) for k in every)]
@@ -260,7 +266,9 @@ def _backwards(
         by, unit = told[name], _unit(case, oracle, name)
         parts = terms(by, own[name])
         there = sum(np.abs(part).sum() for part in terms(sweep, own[name]))
-        size = sum(np.abs(part).sum() for part in parts) + there / unit
+        # What is unique may be zero, which is what cancels of all that is there.
+        rounded = max(np.abs(of.wrenches).max() for of in changes[name])
+        size = sum(np.abs(part).sum() for part in parts) + rounded + (there + greatest) / unit
         error = abs(slope - sum(part.sum() for part in parts))
         if not error <= allowed * size:
             wrong.append(f"{_kind(name)} {name}: backwards {error / size:.1e}")

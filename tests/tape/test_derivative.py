@@ -1,4 +1,4 @@
-"""Derivatives: against mpmath at 50 digits, forwards against backwards."""
+"""Derivatives, written on and as linear maps read both ways: against mpmath at 50 digits."""
 
 from __future__ import annotations
 
@@ -13,11 +13,31 @@ import pytest
 from testkit import arithmetic
 
 from cardan_dyn.core import tape
-from cardan_dyn.core.tape import Program, Trace, Variable, derivatives, gradient
+from cardan_dyn.core.tape import (
+    NOTHING,
+    Differential,
+    Factor,
+    Program,
+    Scalar,
+    Trace,
+    Variable,
+    derivatives,
+)
 from cardan_dyn.kit import errors
 
 SMOOTH = ["add", "subtract", "multiply", "divide", "negative", "sin", "cos", "tanh", "arctan2"]
 FUNCTIONS = {**arithmetic.EXACT, **arithmetic.LIBRARY}
+
+
+def maps(trace: Trace, outputs: list[Scalar], x: list[Variable]) -> list[Any]:
+    """Return programs and rows `[output][variable]` of derivatives, forwards and backwards."""
+    differential = Differential(trace)
+    free = {variable: differential.free() for variable in x}
+    ways = differential.tangents(outputs, free)
+    ends = [differential.sum([(Factor(1.0), way)]) for way in ways]
+    program, rows = differential.forwards([{change: 1.0} for change in free.values()], ends)
+    directions = [{end: 1.0} if end != NOTHING else {} for end in ends]
+    return [(program, rows.T), differential.backwards(directions, [*free.values()])]
 
 
 def in_digits(operation: str, operands: list[Any]) -> Any:
@@ -40,7 +60,7 @@ def test_the_derivative_of_each_operation_is_exact(operation: str) -> None:
     x = [trace.input(f"x{k}", 1.0) for k in range(count)]
     y = function(*x)
     (forward,) = derivatives([y], x)
-    graphs = [Program(trace, row).graph for row in (forward, gradient(y, x))]
+    written = [(Program(trace, forward), np.arange(count)[None]), *maps(trace, [y], x)]
     for _ in range(5):
         values = rng.uniform(0.2, 2.0, count)
         if operation in ("select", "absolute", "sin", "arctan2"):
@@ -49,9 +69,10 @@ def test_the_derivative_of_each_operation_is_exact(operation: str) -> None:
         with mpmath.workdps(arithmetic.DIGITS):
             operands = [mpmath.mpf(value) for value in inputs.values()]
             exact = exact_slopes(partial(in_digits, operation), operands)
-            for graph in graphs:
-                for found, right in zip(arithmetic.of_graph(graph, inputs), exact, strict=True):
-                    assert abs(found - right) <= 1e-20
+            for program, rows in written:
+                found = [*arithmetic.of_graph(program.graph, inputs), 0]
+                for row, right in zip(rows[0], exact, strict=True):
+                    assert abs(found[row] - right) <= 1e-20
 
 
 def values_of(text: arithmetic.Text, operands: list[Any]) -> list[Any]:
@@ -70,12 +91,14 @@ def test_derivatives_of_random_texts_agree_with_mpmath(seed: int) -> None:
     x = list(trace.inputs.values())
     outputs = steps[-3:]
     forward = derivatives(outputs, x)
-    backward = [gradient(y, x) for y in outputs]
     assert len(forward) == 3
     assert {len(row) for row in forward} == {3}
     inputs = {f"x{k}": float(value) for k, value in enumerate(rng.uniform(0.3, 2.0, 3))}
-    entries = [entry for rows in (forward, backward) for row in rows for entry in row]
-    found = arithmetic.of_graph(Program(trace, entries).graph, inputs)
+    traced = Program(trace, [entry for row in forward for entry in row])
+    found = []
+    for program, rows in (traced, np.arange(9)), *maps(trace, outputs, x):
+        own = [*arithmetic.of_graph(program.graph, inputs), 0]
+        found += [own[row] for row in rows.ravel()]
     with mpmath.workdps(arithmetic.DIGITS):
         operands = [mpmath.mpf(value) for value in inputs.values()]
         exact = [
@@ -83,7 +106,7 @@ def test_derivatives_of_random_texts_agree_with_mpmath(seed: int) -> None:
             for i in range(3)
             for slope in exact_slopes(lambda x, i=i: values_of(text, x)[i - 3], operands)
         ]
-        for value, right in zip(found, [*exact, *exact], strict=True):
+        for value, right in zip(found, 3 * exact, strict=True):
             assert abs(value - right) <= 1e-18 * (1 + abs(right))
 
 
@@ -91,7 +114,7 @@ def test_derivatives_of_derivatives() -> None:
     trace = Trace()
     x, y = trace.input("x", 1.0), trace.input("y", 1.0)
     f = tape.sin(x * y) / (x + y * y)
-    slopes = gradient(f, [x, y])
+    (slopes,) = derivatives([f], [x, y])
     (xx, xy), (yx, yy) = derivatives(slopes, [x, y])
     found = arithmetic.of_graph(Program(trace, [xx, xy, yx, yy]).graph, {"x": 0.7, "y": -1.3})
     with mpmath.workdps(arithmetic.DIGITS):
@@ -115,8 +138,8 @@ def test_what_does_not_depend_is_a_structural_zero() -> None:
         [False, True],
     ]
     assert rows[3][0] == 1.0
-    assert gradient(2.0, [x]) == [0.0]
-    assert gradient(y, [x, y]) == [0.0, 1.0]
+    for _, places in maps(trace, [x * x, tape.sin(y), 3.0, x - x], [x, y]):
+        assert ((places == NOTHING) == [[False, True], [True, False], *2 * [[True, True]]]).all()
     assert derivatives([x, y], []) == [[], []]
     assert derivatives([], [x]) == []
     assert derivatives([3.0], []) == [[]]
@@ -127,12 +150,30 @@ def test_derivatives_with_respect_to_what_is_between() -> None:
     x = trace.input("x", 1.0)
     y = tape.sin(x)
     z = y * y
-    for slopes in (derivatives([z], [y])[0], gradient(z, [y])):
-        np.testing.assert_array_equal(
-            Program(trace, slopes).run_on_arrays({"x": 0.5}, 1), [[2.0 * np.sin(0.5)]]
-        )
-    both = gradient(z, [x, y])
-    assert both[1] is derivatives([z], [y])[0][0]
+    (slopes,) = derivatives([z], [y])
+    assert Program(trace, slopes).run_on_arrays({"x": 0.5}, 1) == 2.0 * np.sin(0.5)
+    for program, ((row,),) in maps(trace, [z], [y]):
+        assert program.run_on_arrays({"x": 0.5}, 1)[row] == 2.0 * np.sin(0.5)
+
+
+def test_changes_are_sums_of_others_in_several_directions() -> None:
+    """Seeds are traced, terms of one change add up, and what is asked for twice is one row."""
+    trace = Trace()
+    x, by = trace.input("x", 1.0), trace.input("by", 1.0)
+    differential = Differential(trace)
+    a, b = differential.free(), differential.free()
+    both = differential.sum([(Factor(x), a), (Factor(-2.0), b), (Factor(-x), a), (Factor(3.0), b)])
+    lone = differential.sum([(Factor(-1.0), b)])
+    assert differential.sum([(Factor(0.0), a), (Factor(x), NOTHING)]) == NOTHING
+    wanted = [both, lone, NOTHING, both]
+    program, rows = differential.forwards([{a: by}, {b: by}, {a: 1.0, b: by}, {}], wanted, [x])
+    found = np.append(program.run_on_arrays({"x": 5.0, "by": 7.0}, 1), 0.0)
+    assert found[0] == 5.0
+    assert found[rows].tolist() == [[0, 0, 0, 0], [7, -7, 0, 7], [7, -7, 0, 7], [0, 0, 0, 0]]
+    end = differential.sum([(Factor(x), both), (Factor(1.0), lone)])
+    program, rows = differential.backwards([{end: by}, {}], [a, b, a])
+    found = np.append(program.run_on_arrays({"x": 5.0, "by": 7.0}, 1), 0.0)
+    assert found[rows].tolist() == [[0, 28, 0], [0, 0, 0]]
 
 
 def test_sides_that_are_not_chosen_do_not_matter() -> None:
@@ -145,10 +186,12 @@ def test_sides_that_are_not_chosen_do_not_matter() -> None:
         tape.absolute(x),
     ]
     forward = [row[0] for row in derivatives(outputs, [x])]
-    backward = [gradient(y, [x])[0] for y in outputs]
-    found = Program(trace, [*forward, *backward]).run_on_arrays({"x": [4.0, -4.0]}, 2)
-    assert found[:, 0].tolist() == 2 * [0.25, 0.25, 1.0]
-    assert found[[0, 2], 1].tolist() == [-1.0, -1.0]
+    found = []
+    for program, rows in (Program(trace, forward), np.arange(3)), *maps(trace, outputs, [x]):
+        found.append(program.run_on_arrays({"x": [4.0, -4.0]}, 2)[rows.ravel()])
+        assert found[-1][:, 0].tolist() == [0.25, 0.25, 1.0]
+    for slopes in found[:2]:  # Backwards, weights of 0 meet what is NaN.
+        assert slopes[[0, 2], 1].tolist() == [-1.0, -1.0]
 
 
 def test_wrong_variables_are_refused() -> None:
@@ -156,7 +199,9 @@ def test_wrong_variables_are_refused() -> None:
     x = trace.input("x", 1.0)
     with pytest.raises(errors.ArgumentError, match="two traces"):
         derivatives([x], [Trace().input("x", 1.0)])
-    for wrong in (2.0, np.ones(2), math.pi):
+    for wrong in (2.0, math.pi):
         with pytest.raises(errors.ArgumentError, match="not numbers"):
-            gradient(x, [wrong])  # type: ignore[list-item]
-    assert isinstance(gradient(x * x, [x])[0], Variable)
+            derivatives([x], [wrong])  # type: ignore[list-item]
+        with pytest.raises(errors.ArgumentError, match="not numbers"):
+            Differential(trace).tangents([x], {wrong: 0})  # type: ignore[dict-item]
+    assert isinstance(derivatives([x * x], [x])[0][0], Variable)

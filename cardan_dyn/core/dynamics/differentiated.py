@@ -8,12 +8,10 @@ those of closure errors, and all together those of the numbers that were given.
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,27 +19,19 @@ from ...kit.arrays import Array, generic, some
 from ...kit.threads import in_turn
 from ..elements.link_loads import LinkLoad
 from ..kinematics.tolerances import REGULAR_CONDITION
-from ..mechanics.bodies import Mass, Tree
+from ..mechanics.bodies import Mass
 from ..mechanics.elimination import THRESHOLD, Order, UnsuitableError
-from ..mechanics.placements import moved, moving
+from ..mechanics.placements import moved as rates_of
+from ..mechanics.placements import moving
 from ..mechanics.reactions import momentum_rates
-from ..mechanics.sample import LinkForce, Position, Solved, solved_at, stressed_at
+from ..mechanics.sample import Given, LinkForce, Position, Solved, solved_at, stressed_at
 from ..mechanics.vectors import ZERO, times
 from ..mechanism.mechanism import Mechanism
 from ..proof.derived import derived_errors
-from ..tape import (
-    Program,
-    Scalar,
-    Trace,
-    Variable,
-    absolute,
-    greater,
-    is_zero,
-    pulled,
-    tangents,
-)
+from ..tape import NOTHING, Differential, Factor, Scalar, Trace, Variable, greater
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs, JointRates
 from .parameters import (
+    Numbers,
     OfColumn,
     OfDescription,
     OfElement,
@@ -49,10 +39,12 @@ from .parameters import (
     OfOrigin,
     OfRow,
     Parameter,
+    moved,
+    slopes_of,
 )
 from .problem_solver import ProblemSolver
 from .pushing import Pushing
-from .tape import SAMPLES, Equations, Kind, LinkKind, Prescribed, Tape
+from .tape import SAMPLES, Equations, Kind, Prescribed, Tape
 from .taped import MOST_TAPES, TapedSolver, vectors
 
 if TYPE_CHECKING:
@@ -138,178 +130,27 @@ class Pattern(NamedTuple):
     Attributes:
         parameters: with which numbers.
         seeded: rows of `Prescribed` that change besides, with what elements exert.
-        weighted: rows of results that are weighted, where derivatives are found backwards.
-        numbers_at: returns the tree, and the links that wrenches act on, of a mechanism in which
-            joints lie elsewhere.
+        weighted: rows of results that are weighted, where derivatives are found backwards; None
+            where they are found forwards.
+        slopes: returns derivatives of numbers of the tree and of links, see `slopes_of`.
         of_stress: whether a self-stress is differentiated, in place of what is found.
     """
 
     parameters: Sequence[Parameter]
     seeded: Sequence[int]
-    weighted: Sequence[int]
-    numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]]
+    weighted: Sequence[int] | None
+    slopes: Callable[[Sequence[OfOrigin]], Mapping[str, Numbers]]
     of_stress: bool = False
 
 
-class _Closed:
-    """A closed sample in a trace, and inputs with which it changes.
+class _Derivatives(Tape):
+    """A tape that finds derivatives of closed samples by some parameters.
 
     Attributes:
-        of: what changes.
-        zeros: number of inputs before those of a tape, all of them zero: changes of lengths, angles
-            and masses, and wrenches on bodies in place of what changes of masses exert.
-        found: what is found, in the order of `Found`.
-        unstable: above 1 where the order of elimination does not serve.
+        places: of each parameter, rows of results that are derivatives of all that is found, then
+            of closure errors that are not made zero; -1 for zeros. Backwards, of what is weighted
+            and of each such error, rows that are derivatives by parameters, then by seeded rows.
     """
-
-    def __init__(self, tape: _Derivatives, trace: Trace, of: Pattern) -> None:
-        """Trace a sample of the equations of a tape, which become those of what changes."""
-        self.trace, self.of = trace, of
-        equations = tape.equations
-        tree, links, roles = equations.tree, equations.links, equations.roles
-        self._changes = [trace.input(f"p{k}", 0.0, uniform=True) for k in range(len(of.parameters))]
-        massive: dict[int, list[tuple[Mass, ...]]] = {}
-        for k, item in enumerate(of.parameters):
-            if isinstance(item, OfOrigin):
-                tree, links = item.moved(tree, links, self._changes[k], of.numbers_at)
-            elif isinstance(item, OfMass) and item.body >= 0:
-                added = item.adds(self._changes[k], tree.length)
-                massive.setdefault(item.body, []).append(added)
-        self._pushed = {
-            body: [trace.input(f"z{body}.{k}", 0.0, uniform=True) for k in range(6)]
-            for body in massive
-        }
-        self.zeros = len(trace.inputs)
-        tape.equations = equations.on(tree, links)
-        given, x, _ = tape.traced(trace)
-        self._given, self._tree = given, tree
-        self._units = tree.coordinate_units(len(x)).tolist()
-        pushes = [
-            LinkForce(body, None, ZERO, tuple(row[:3]), tuple(row[3:]))
-            for body, row in self._pushed.items()
-        ]
-        self._position = Position.of(tree, roles, given.x, given.offsets, tape.order)
-        loaded = given._replace(link_forces=[*given.link_forces, *pushes])
-        if of.of_stress:
-            solved = stressed_at(self._position, tree, roles)
-        else:
-            solved = solved_at(self._position, tree, roles, loaded)
-        self.found = tape.equations.quantities(solved, x)
-        self.unstable = greater(solved.growth * THRESHOLD, solved.narrowness / REGULAR_CONDITION)
-        passives = set(roles.passives)
-        self._passives = [body for body in tree.bodies if passives.issuperset(body.rates)]
-        count, spins = len(self._position.errors), len(tree.spins)
-        # Rods turn back once the loops are closed, as bodies at their ends turn them.
-        self._rows = [range(count - spins), range(count - spins, count)][: 2 if spins else 1]
-        self._exerted = self._by_masses(massive, solved) if massive else {}
-
-    def _by_masses(
-        self, massive: Mapping[int, Sequence[tuple[Mass, ...]]], solved: Solved
-    ) -> dict[int, list[Scalar]]:
-        """Return body to what moves changes of its masses: force and moment about its frame."""
-        tree, given = self._tree, self._given
-        bodies = [body._replace(masses=()) for body in tree.bodies]
-        for index, own in massive.items():
-            bodies[index] = bodies[index]._replace(masses=tuple(chain.from_iterable(own)))
-        at = self._position.at
-        motion = moving(tree, at, solved.v, solved.a, times(given.gravity, -1.0))
-        carried = momentum_rates(tree._replace(bodies=tuple(bodies)), at, motion, {})
-        return {body: [*carried.forces[body], *carried.moments[body]] for body in massive}
-
-    def tangents(self, k: int) -> tuple[list[Scalar], list[Scalar], Scalar]:
-        """Return how fast what is found changes with a parameter (index).
-
-        Returns:
-            Rates of all that is found, those of closure errors, and the greatest of coordinates.
-        """
-        item, inputs = self.of.parameters[k], self.trace.inputs
-        seeds: dict[Variable, Scalar] = {
-            inputs[f"r{row}"]: self.trace.input(f"s{k}.{row}", 1.0) for row in self.of.seeded
-        }
-        own = self._own(k)
-        if isinstance(item, OfMass) and item.body in self._exerted:
-            changes = tangents(self._exerted[item.body], {own: -self._factor(item)})
-            seeds |= dict(zip(self._pushed[item.body], changes, strict=True))
-        else:
-            seeds[own] = seeds.get(own, 0.0) + 1.0
-        errors, farthest = self._position.errors, 0.0
-        for rows in self._rows:
-            opening = tangents([errors[row] for row in rows], seeds)
-            right = [0.0] * len(errors)
-            for row, rate in zip(rows, opening, strict=True):
-                right[row] = -rate
-            step = self._position.factors.solve(right)
-            for body in self._passives:
-                for column, rate in moved(body, self._given.x, step).items():
-                    x = inputs[f"x{column}"]
-                    seeds[x] = seeds.get(x, 0.0) + rate * self._units[column]
-                    farthest = greater(farthest, absolute(rate))
-        return tangents(self.found, seeds), tangents(errors, seeds), farthest
-
-    def pulled(self, weights: Sequence[Scalar]) -> tuple[list[Scalar], list[Scalar]]:
-        """Return how fast a weighted sum of what is found changes.
-
-        Args:
-            weights: one for each of what is found.
-
-        Returns:
-            Its derivatives by parameters, then by seeded rows; and for each parameter, the greatest
-            rate at which closure errors grow.
-        """
-        inputs, of, errors = self.trace.inputs, self.of, self._position.errors
-        passives = [inputs[f"x{column}"] for body in self._passives for column in body.columns]
-        pushes = [push for row in self._pushed.values() for push in row]
-        own = [self._own(k) for k in range(len(of.parameters))]
-        every = [*own, *[inputs[f"r{row}"] for row in of.seeded], *passives]
-        slopes = pulled(self.found, weights, [*every, *pushes])
-        slopes, exerted = slopes[: len(every)], slopes[len(every) :]
-        for rows in reversed(self._rows):
-            by = dict(zip(every, slopes, strict=True))
-            acting: dict[int, Scalar] = {}
-            for body in self._passives:
-                for rate in body.rates:
-                    unit = {other: float(other == rate) for other in body.rates}
-                    acting[rate] = 0.0
-                    for column, way in moved(body, self._given.x, unit).items():
-                        slope = by[inputs[f"x{column}"]] * self._units[column]
-                        acting[rate] = acting[rate] + slope * way
-            multipliers = self._position.factors.solve_transposed(acting)
-            kept = [-multipliers.get(row, 0.0) for row in rows]
-            more = pulled([errors[row] for row in rows], kept, every)
-            slopes = [slope + other for slope, other in zip(slopes, more, strict=True)]
-        by_masses = pulled(
-            [value for row in self._exerted.values() for value in row],
-            [-value for value in exerted],
-            self._changes,
-        )
-        for k, item in enumerate(of.parameters):
-            if isinstance(item, OfMass):
-                slopes[k] = by_masses[k] * self._factor(item)
-        opened: list[Scalar] = [0.0] * len(own)
-        for row in self._position.factors.redundant:
-            multipliers = self._position.factors.dependence(row)
-            kept = [multipliers.get(k, 0.0) for k in range(len(errors))]
-            rates = pulled(errors, kept, own)
-            opened = [
-                greater(most, absolute(rate)) for most, rate in zip(opened, rates, strict=True)
-            ]
-        return slopes[: len(own) + len(of.seeded)], opened
-
-    def _own(self, k: int) -> Variable:
-        """Return the input that a parameter (index) is."""
-        item = self.of.parameters[k]
-        if isinstance(item, OfColumn):
-            return self.trace.inputs[f"x{item.column}"]
-        if isinstance(item, OfRow):
-            return self.trace.inputs[f"r{item.row}"]
-        return self._changes[k]
-
-    def _factor(self, item: OfMass) -> Scalar:
-        return self._given.factors.get(item.link, 1.0)
-
-
-class _Derivatives(Tape):
-    """A tape that finds derivatives of closed samples by some parameters."""
 
     def __init__(
         self, equations: Equations, order: Order, shadows: Array, acting: Array, of: Pattern
@@ -323,23 +164,149 @@ class _Derivatives(Tape):
             acting: see `Tape`.
             of: what changes.
         """
-        self.equations, self.order, self.acting, self._shadows = equations, order, acting, shadows
+        self.order, self.acting, self._shadows = order, acting, shadows
         in_turn()
         with Trace() as trace:
-            sample = _Closed(self, trace, of)
-            self._zeros = np.zeros((sample.zeros, 1))
-            self._program = Program(
-                trace, [sample.unstable, *self._written(sample)], keeps_inputs=True
-            )
+            own = [trace.input(f"p{k}", 0.0, uniform=True) for k in range(len(of.parameters))]
+            tree, links, adding = equations.tree, equations.links, dict[int, list[Mass]]()
+            slopes = of.slopes([item for item in of.parameters if isinstance(item, OfOrigin)])
+            for change, item in zip(own, of.parameters, strict=True):
+                if isinstance(item, OfOrigin):
+                    tree, links = moved((tree, links), slopes[item.name], change)
+                elif isinstance(item, OfMass) and item.body >= 0:
+                    adding.setdefault(item.body, []).extend(item.adds(change, tree.length))
+            self.equations = equations.on(tree, links)
+            # What changes of masses exert acts on their bodies; what opens loops is closed again.
+            pushed = {
+                body: [trace.input(f"z{body}.{k}", 0.0, uniform=True) for k in range(6)]
+                for body in adding
+            }
+            count = 6 * len(tree.loops) + len(tree.couplings) + len(tree.spins)
+            opened = [trace.input(f"e{row}", 0.0, uniform=True) for row in range(count)]
+            self._zeros = np.zeros((len(trace.inputs), 1))
+            given, x, _ = self.traced(trace)
+            position = Position.of(tree, equations.roles, given.x, given.offsets, order)
+            solved = self._solved(position, given, pushed, of.of_stress)
+            differential, inputs = Differential(trace), trace.inputs
+            variables = [
+                inputs[item.input] if isinstance(item, OfColumn | OfRow) else change
+                for change, item in zip(own, of.parameters, strict=True)
+            ]
+            rows = [inputs[f"r{row}"] for row in of.seeded]
+            free = {each: differential.free() for each in dict.fromkeys([*variables, *rows])}
+            by, seeded = [free[each] for each in variables], [free[each] for each in rows]
+            changes = dict(free)
+            masses = {
+                own[k]: differential.sum([(Factor(given.factors.get(item.link, 1.0)), by[k])])
+                for k, item in enumerate(of.parameters)
+                if isinstance(item, OfMass)
+            }
+            for body, exerted in self._exerted(adding, position, given, solved).items():
+                ways = differential.tangents(exerted, masses)
+                changes |= zip(pushed[body], ways, strict=True)
+            self._close(differential, position, inputs, opened, changes)
+            found = self.equations.quantities(solved, x)
+            errors = [position.errors[row] for row in position.factors.redundant]
+            # Which nothing else depends on.
+            ends = [
+                differential.sum([(Factor(1.0), way)])
+                for way in differential.tangents([*found, *errors], changes)
+            ]
+            unstable = greater(solved.growth * THRESHOLD, solved.narrowness / REGULAR_CONDITION)
+            directions: list[dict[int, Scalar]] = []
+            if of.weighted is None:
+                for k, way in enumerate(by):
+                    seeds = {row: trace.input(f"s{k}.{row}", 1.0) for row in seeded}
+                    directions.append({**seeds, way: seeds.get(way, 0.0) + 1.0})
+                written = differential.forwards(directions, ends, [unstable])
+            else:
+                weights = {ends[row]: trace.input(f"w{row}", 1.0) for row in of.weighted}
+                directions = [weights, *({end: 1.0} for end in ends[len(found) :])]
+                for each in directions:
+                    each.pop(NOTHING, None)
+                written = differential.backwards(directions, [*by, *seeded], [unstable])
+            self._program, self.places = written
 
-    @abstractmethod
-    def _written(self, sample: _Closed) -> list[Scalar]:
-        """Return derivatives of a sample."""
+    def _solved(
+        self,
+        position: Position,
+        given: Given,
+        pushed: Mapping[int, Sequence[Scalar]],
+        is_stress: bool,
+    ) -> Solved:
+        """Return what is found at a sample, or a self-stress; bodies are pushed besides."""
+        tree, roles = self.equations.tree, self.equations.roles
+        if is_stress:
+            return stressed_at(position, tree, roles)
+        pushes = [
+            LinkForce(body, None, ZERO, tuple(row[:3]), tuple(row[3:]))
+            for body, row in pushed.items()
+        ]
+        loaded = given._replace(link_forces=[*given.link_forces, *pushes])
+        return solved_at(position, tree, roles, loaded)
+
+    def _exerted(
+        self,
+        adding: Mapping[int, Sequence[Mass]],
+        position: Position,
+        given: Given,
+        solved: Solved,
+    ) -> dict[int, list[Scalar]]:
+        """Return body to what masses exert that are added to it: force, moment about its frame."""
+        if not adding:
+            return {}
+        tree, at = self.equations.tree, position.at
+        bodies = [
+            body._replace(masses=tuple(adding.get(index, ())))
+            for index, body in enumerate(tree.bodies)
+        ]
+        motion = moving(tree, at, solved.v, solved.a, times(given.gravity, -1.0))
+        carried = momentum_rates(tree._replace(bodies=tuple(bodies)), at, motion, {})
+        return {
+            body: [-value for value in (*carried.forces[body], *carried.moments[body])]
+            for body in adding
+        }
+
+    def _close(
+        self,
+        differential: Differential,
+        position: Position,
+        inputs: Mapping[str, Variable],
+        opened: Sequence[Variable],
+        changes: dict[Variable, int],
+    ) -> None:
+        """Let coordinates change so that loops stay closed, and rods turn with their ends.
+
+        Args:
+            differential: which is written.
+            position: that is closed.
+            inputs: of the trace.
+            opened: those in place of how far loops are opened.
+            changes: of inputs; those of coordinates are added.
+        """
+        tree = self.equations.tree
+        passives, units = set(self.equations.roles.passives), self.equations.units
+        bodies = [body for body in tree.bodies if passives.issuperset(body.rates)]
+        ends = len(opened) - len(tree.spins), len(opened)
+        for rows in filter(len, (range(ends[0]), range(*ends))):
+            opening = differential.tangents([position.errors[row] for row in rows], changes)
+            closing = {
+                opened[row]: differential.sum([(Factor(-1.0), way)])
+                for row, way in zip(rows, opening, strict=True)
+            }
+            step = position.factors.solve([x if x in closing else 0.0 for x in opened])
+            moves = [rates_of(body, position.x, step) for body in bodies]
+            rates = {column: rate for each in moves for column, rate in each.items()}
+            ways = differential.tangents([*rates.values()], closing)
+            for column, way in zip(rates, ways, strict=True):
+                x = inputs[f"x{column}"]
+                own = (Factor(units[column]), way), (Factor(1.0), changes.get(x, NOTHING))
+                changes[x] = differential.sum(own)
 
     def derivatives(
         self, rows: Prescribed, x: Array, others: Sequence[Array]
     ) -> tuple[Array, Array]:
-        """Return derivatives of n samples `(k, n)`, and where they hold `(n,)`.
+        """Return results of n samples `(k, n)`, see `places`, and where they hold `(n,)`.
 
         Args:
             rows: what is given.
@@ -348,51 +315,7 @@ class _Derivatives(Tape):
         """
         given = [self._zeros, *self.with_x(rows, x), *others]
         results = self._program.run_rows(given, x.shape[1])
-        return results[1:], results[0] <= 1.0
-
-
-class _Forwards(_Derivatives):
-    """By each parameter.
-
-    Attributes:
-        places: of each, rows of results that are the greatest rates of closure errors and of
-            coordinates, and those of all that is found; -1 for zeros.
-    """
-
-    places: list[tuple[Array, Array]]
-
-    def _written(self, sample: _Closed) -> list[Scalar]:
-        outputs: dict[Scalar, int] = {}
-
-        def placed(values: Sequence[Scalar]) -> Array:
-            """Return where values are written, -1 for those that are zero."""
-            places = [
-                -1 if is_zero(value) else outputs.setdefault(value, len(outputs))
-                for value in values
-            ]
-            return np.array(places)
-
-        self.places = []
-        for k in range(len(sample.of.parameters)):
-            found, errors, farthest = sample.tangents(k)
-            opened: Scalar = 0.0
-            for error in errors:
-                opened = greater(opened, absolute(error))
-            self.places.append((placed([opened, farthest]), placed(found)))
-        return list(outputs)
-
-
-class _Backwards(_Derivatives):
-    """Of weighted results: by parameters, by rows that elements act in, and how loops open."""
-
-    def _written(self, sample: _Closed) -> list[Scalar]:
-        weights: list[Scalar] = [0.0] * len(sample.found)
-        for place in sample.of.weighted:
-            weights[place] = sample.trace.input(f"w{place}", 1.0)
-        return [value for part in sample.pulled(weights) for value in part]
-
-
-_Tape = TypeVar("_Tape", bound=_Derivatives)
+        return results, results[0] <= 1.0
 
 
 class Samples:
@@ -437,10 +360,18 @@ class Samples:
             loads.append(replace(load, rotation=frame.rotation, translation=frame.translation))
         return self._taped.kind_of(self._inputs, loads, self._moves_alone)
 
-    def _numbers_at(self, mechanism: Mechanism) -> tuple[Tree, tuple[LinkKind, ...]]:
-        """Return the tree of such a mechanism, and where links lie that wrenches act on."""
-        tree = self._taped.tree_at(mechanism, self._kind.factored)
-        return tree, self._kind_at(mechanism).links
+    def _origins(self, items: Sequence[OfOrigin]) -> Mapping[str, Numbers]:
+        """Return derivatives of numbers of the tree and of links, see `slopes_of`."""
+        taped, mechanism = self._taped, self._taped.problem.mechanism
+        loaded = tuple(name for name, _ in self._links)
+
+        def numbers_at(of: Mechanism) -> Numbers:
+            return taped.tree_at(of, self._kind.factored), self._kind_at(of).links
+
+        key = taped.key, self._kind, loaded
+        known = mechanism.kept.of("slopes", key, dict[str, Numbers])
+        known |= slopes_of([x for x in items if x.name not in known], mechanism, numbers_at)
+        return known
 
     def changes(
         self, parameters: Sequence[Parameter], seeds: Sequence[Mapping[int, Array]] = ()
@@ -454,15 +385,26 @@ class Samples:
         """
         seeded = tuple(seeds[0]) if seeds else ()
         others = [np.reshape([*of.values()], (-1, self._x.shape[1])) for of in seeds]
-        of = Pattern(parameters, seeded, (), self._numbers_at)
-        runs = self._runs(_Forwards, of, others)
-        changes, picked = [], self.picked(parameters)
-        told = _greatest(runs, range(len(parameters)), 0).tolist()
-        for k, (own, (opened, farthest)) in enumerate(zip(picked, told, strict=True)):
-            parts = [(part, tape.places[k][1]) for tape, part in runs]
-            change = Change(self.equations, self._x.shape[1], parts, opened, farthest, own)
+        of = Pattern(parameters, seeded, None, self._origins)
+        runs = self._runs(of, others)
+        changes = []
+        each = zip(_greatest(runs), self.picked(parameters), strict=True)
+        for k, (told, picked) in enumerate(each):
+            parts = [(part, tape.places[k]) for tape, part in runs]
+            opened, farthest = told[self._found :].max(initial=0.0), self._farthest(told)
+            change = Change(self.equations, self._x.shape[1], parts, opened, farthest, picked)
             changes.append(change)
         return changes
+
+    @property
+    def _found(self) -> int:
+        """Number of rows of all that is found."""
+        return self.equations.place("rests").stop
+
+    def _farthest(self, told: Array) -> float:
+        """Return the greatest rate of coordinates, of the greatest rates of all that is found."""
+        place = self.equations.place("x")
+        return float((told[place] / self.equations.units).max(initial=0.0))
 
     def picked(self, parameters: Sequence[Parameter]) -> list[Array]:
         """Return `Change.picked` of each parameter.
@@ -476,12 +418,11 @@ class Samples:
         if not (turning and self.equations.are_stressed):
             return picked
         own = [parameters[k] for k in turning]
-        runs = self._runs(_Forwards, Pattern(own, (), (), self._numbers_at, True), (), self._some)
-        told = _greatest(runs, range(len(own)), 0)[:, 1].tolist()
-        for index, (k, item, farthest) in enumerate(zip(turning, own, told, strict=True)):
-            rates = _greatest(runs, [index], 1)[0] * self._sizes
+        runs = self._runs(Pattern(own, (), None, self._origins, True), (), self._some)
+        for k, item, told in zip(turning, own, _greatest(runs), strict=True):
+            rates = told[: self._found] * self._sizes
             # Rounding of how it turns is beside how fast all of it does.
-            least = max(self._inverse_unit(item), farthest, rates.max())
+            least = max(self._inverse_unit(item), self._farthest(told), rates.max())
             picked[k] = self._with_teeth(~(rates <= UNIQUE_TOLERANCE * least))
         return picked
 
@@ -500,10 +441,8 @@ class Samples:
         (weighted,) = sizes.nonzero()
         # A sum of all with generic weights tells, backwards, which parameters are worth a look.
         generics = generic(len(weighted), 1) * sizes[weighted, None]
-        of = Pattern(own, (), tuple(weighted.tolist()), self._numbers_at, True)
-        runs = self._runs(_Backwards, of, [generics], self._some)
-        every = [np.abs(part.holding(slice(len(own)))).max(axis=1) for _, part in runs]
-        rates = np.max(every, axis=0)
+        of = Pattern(own, (), tuple(weighted.tolist()), self._origins, True)
+        rates = _greatest(self._runs(of, [generics], self._some))[0]
         units = np.array([self._inverse_unit(item) for item in own])
         doubtful = [own[k] for k in np.flatnonzero(~(rates <= UNIQUE_TOLERANCE * units))]
         picked = zip(doubtful, self.picked(doubtful), strict=True)
@@ -518,7 +457,7 @@ class Samples:
     def _sizes(self) -> Array:
         """What brings rows of a self-stress of size one to that of moments; zero for motion."""
         equations, coordinates = self.equations, self._taped.problem.mechanism.coordinates
-        tree, sizes = equations.tree, np.zeros(equations.place("rests").stop)
+        tree, sizes = equations.tree, np.zeros(self._found)
         lengths = np.repeat([tree.norm_length * tree.length, 1.0], 3)
         sizes[equations.place("wrenches")] = np.tile(lengths, equations.wrenches)
         # No self-stress is in what drives exert: their motion does work on none.
@@ -548,7 +487,7 @@ class Samples:
         parameters: Sequence[Parameter],
         weights: Mapping[int, Array],
         seeded: Sequence[int] = (),
-    ) -> Array:
+    ) -> tuple[Array, Array]:
         """Return derivatives of weighted results.
 
         Args:
@@ -557,28 +496,23 @@ class Samples:
             seeded: rows of `Prescribed`.
 
         Returns:
-            `(k, N)` derivatives by parameters, then by these rows, then for each parameter the rate
-            at which closure errors grow, in units of the mechanism.
+            `(k, N)` derivatives by parameters, then by these rows; and for each of them the
+            greatest rate at which closure errors grow, in units of the mechanism.
         """
-        of = Pattern(parameters, seeded, tuple(weights), self._numbers_at)
-        runs = self._runs(_Backwards, of, [np.reshape([*weights.values()], (-1, self._x.shape[1]))])
-        result = np.empty((len(runs[0][1].results), self._x.shape[1]))
-        for _, part in runs:
-            every = np.arange(len(result))
-            part.put(result, every, every)
-        return result
+        of = Pattern(parameters, seeded, tuple(weights), self._origins)
+        runs = self._runs(of, [np.reshape([*weights.values()], (-1, self._x.shape[1]))])
+        result = np.zeros((len(parameters) + len(seeded), self._x.shape[1]))
+        for tape, part in runs:
+            (written,) = np.nonzero(tape.places[0] >= 0)
+            part.put(result, tape.places[0][written], written)
+        return result, _greatest(runs)[1:].max(axis=0, initial=0.0)
 
     def _runs(
-        self,
-        kind: type[_Tape],
-        of: Pattern,
-        others: Sequence[Array],
-        samples: Array | None = None,
-    ) -> list[tuple[_Tape, Part]]:
+        self, of: Pattern, others: Sequence[Array], samples: Array | None = None
+    ) -> list[tuple[_Derivatives, Part]]:
         """Return tapes, and what each finds of samples.
 
         Args:
-            kind: of tapes.
             of: what changes.
             others: what they take besides.
             samples: which ones, ascending; all if None.
@@ -590,9 +524,10 @@ class Samples:
         )
         names = tuple(item.name for item in of.parameters)
         loaded = tuple(name for name, _ in self._links)
-        changing = names, loaded, tuple(of.seeded), tuple(of.weighted), acting.tobytes()
-        key = kind, self._taped.key, self._kind, *changing, of.of_stress
-        runs: list[tuple[_Tape, Part]] = []
+        weighted = None if of.weighted is None else tuple(of.weighted)
+        changing = names, loaded, tuple(of.seeded), weighted, acting.tobytes()
+        key = self._taped.key, self._kind, *changing, of.of_stress
+        runs: list[tuple[_Derivatives, Part]] = []
         is_left = np.zeros(count, dtype=bool)
         is_left[slice(None) if samples is None else samples] = True
         for order, shadows, lanes, is_own in self._orders(np.flatnonzero(is_left)):
@@ -602,7 +537,7 @@ class Samples:
             # What compliances decide is chosen where a tape is traced, see `orders_at`.
             at = b"" if is_own and not self.equations.roles.compliances else shadows.tobytes()
             own = *key, tuple(order.places), at
-            make = partial(kind, self.equations, order, shadows, acting, of)
+            make = partial(_Derivatives, self.equations, order, shadows, acting, of)
             try:
                 tape = kept.of("derivatives", own, make)
             except UnsuitableError:
@@ -639,15 +574,12 @@ class Samples:
             yield *own, True
 
 
-def _greatest(runs: Sequence[tuple[_Forwards, Part]], parameters: Sequence[int], of: int) -> Array:
-    """Return the greatest magnitudes of numbers of parameters (index), see `_Forwards.places`."""
-    if not parameters:
-        return np.zeros((0, 2))
-    result = np.zeros((len(parameters), len(runs[0][0].places[parameters[0]][of])))
+def _greatest(runs: Sequence[tuple[_Derivatives, Part]]) -> Array:
+    """Return the greatest magnitudes of what tapes find at all samples, see `places`."""
+    result = np.zeros(runs[0][0].places.shape)
     for tape, part in runs:
-        rows = np.array([tape.places[index][of] for index in parameters])
-        written = rows >= 0
-        most = np.abs(part.holding(rows[written])).max(axis=1, initial=0.0)
+        written = tape.places >= 0
+        most = np.abs(part.holding(tape.places[written])).max(axis=1, initial=0.0)
         result[written] = np.maximum(result[written], most)
     return result
 
@@ -698,7 +630,9 @@ class Differentiated:
         if self._pushing is None:
             return self._samples.changes(parameters)
         moved = zip(parameters, self._moving.changes(parameters), strict=True)
-        every = np.array([self._pushing.change(item, of.of("x"), of.of("v")) for item, of in moved])
+        every = np.zeros((len(parameters), len(self._exerted), len(self._x)))
+        for own, (item, of) in zip(every, moved, strict=True):
+            own += self._pushing.change(item, of.of("x"), of.of("v"))
         acting = np.flatnonzero(every.any(axis=(0, 2)))
         return self._samples.changes(
             parameters, [{self._exerted[k]: own[k] for k in acting} for own in every]
@@ -718,7 +652,7 @@ class Differentiated:
         """
         more = np.zeros(len(parameters))
         if self._pushing is not None:
-            acting = self._samples.slopes((), weights, self._exerted)
+            acting, _ = self._samples.slopes((), weights, self._exerted)
             weights = dict(weights)
             still = [np.zeros_like(part) for part in (self._pushing.x, self._pushing.v)]
             for field, values in zip(("x", "v"), still, strict=True):
@@ -732,9 +666,8 @@ class Differentiated:
             for k, item in enumerate(parameters):
                 if isinstance(item, OfOrigin | OfElement):
                     more[k] = np.sum(acting * self._pushing.change(item, *still))
-        slopes = self._samples.slopes(parameters, weights)
-        opened = slopes[len(parameters) :].max(axis=1, initial=0.0)
-        return slopes[: len(parameters)].sum(axis=1) + more, opened
+        slopes, opened = self._samples.slopes(parameters, weights)
+        return slopes.sum(axis=1) + more, opened
 
     def picking(self, parameters: Sequence[Parameter], rows: Collection[int]) -> list[str]:
         """See `Samples.picking`."""
@@ -786,12 +719,14 @@ class Differentiated:
         length, coordinates = mechanism.characteristic_length, mechanism.coordinates
         lengths = np.repeat([length, 1.0], 3)
         greatest, size = (np.abs(of.wrenches * lengths).max(initial=0.0) for of in claims)
-        # What cancels is of the size of what there is, and of what all bodies together would exert.
-        size += greatest * np.abs(rate.x * coordinates.scale).max(initial=0.0)
         fastest, faster, harder = (
             np.abs(rates / coordinates.rate_scale).max(initial=0.0)
             for rates in (claim.v, rate.v, rate.a)
         )
+        # What cancels is of the size of what there is, and of what all bodies together would exert.
+        ways = np.abs(rate.x * coordinates.scale).max(initial=0.0)
+        # Dampers exert as much by what is fast, of which differences tell.
+        size += greatest * max(ways, faster / max(1.0, fastest) if problem.elements else 0.0)
         mass = sum(link.mass for link in mechanism.description.links)
         size += mass * length**2 * (harder + 2.0 * fastest * faster)
         if isinstance(parameter, OfDescription | OfElement):

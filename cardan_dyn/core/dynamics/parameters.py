@@ -11,8 +11,9 @@ import numpy as np
 from ...kit.arrays import EPS
 from ...kit.errors import ModelError
 from ..description.description import Description
+from ..description.origins import origin_of, without_origins
 from ..elements.element import Element
-from ..mechanics.bodies import Mass, Tree
+from ..mechanics.bodies import Body, Loop, Mass, Tree
 from ..mechanics.vectors import UNTURNED
 from ..mechanism.mechanism import Mechanism
 from ..tape import Scalar
@@ -36,12 +37,22 @@ class OfColumn(Parameter):
 
     column: int
 
+    @property
+    def input(self) -> str:
+        """Name of the input of a tape that it is."""
+        return f"x{self.column}"
+
 
 @dataclass(frozen=True)
 class OfRow(Parameter):
     """A number among what is prescribed, by its row in `Prescribed`."""
 
     row: int
+
+    @property
+    def input(self) -> str:
+        """Name of the input of a tape that it is."""
+        return f"r{self.row}"
 
 
 @dataclass(frozen=True)
@@ -80,75 +91,136 @@ class OfOrigin(OfDescription):
     """A length or an angle in the placement of a joint.
 
     Attributes:
-        displaced: returns the mechanism in which it is greater by some amount [m or rad].
+        joint: name of the joint or loop that lies there.
+        body: index of the body that it lies on.
+        is_whole: whether other numbers of that body depend on it than where the joint lies.
         unit: amount that changes a mechanism by about its own size.
     """
 
-    displaced: Callable[[float], Mechanism]
+    joint: str
+    body: int
+    is_whole: bool
     unit: float
 
-    @classmethod
-    def of_length(
-        cls,
-        name: str,
-        changed: Callable[[Description, float], Description],
-        displaced: Callable[[float], Mechanism],
-        far: float,
-    ) -> OfOrigin:
-        """Return one of a length, whose numbers are compared at places that far away [m]."""
-        return cls(name, changed, (far, -far), (0.5 / far, -0.5 / far), displaced, far)
+    def displaced(self, mechanism: Mechanism, by: float) -> Mechanism:
+        """Return the mechanism in which it is greater by some amount [m or rad]."""
+        return _displaced([self], mechanism, by)
 
-    @classmethod
-    def of_angle(
-        cls,
-        name: str,
-        changed: Callable[[Description, float], Description],
-        displaced: Callable[[float], Mechanism],
-    ) -> OfOrigin:
-        """Return one of an angle."""
-        nodes = tuple(np.pi / 4.0 * k for k in (1, 3, -3, -1))
-        weights = tuple(
-            sign / (8.0 * np.sin(node / 2.0) ** 2)
-            for sign, node in zip((1.0, -1.0, 1.0, -1.0), nodes, strict=True)
-        )
-        return cls(name, changed, nodes, weights, displaced, 1.0)
+    def moves(self, body: int, joint: str = "") -> bool:
+        """Return whether numbers depend on it: of a body, or of where a joint lies on that."""
+        return self.body == body and (self.is_whole or self.joint == joint)
 
-    def slopes(
-        self, numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]]
-    ) -> tuple[Any, Any]:
-        """Return the derivatives of all numbers of a tree and of links, in their structure.
+    def goes_with(self, other: OfOrigin) -> bool:
+        """Return whether no number depends on both, and both are compared at the same places."""
+        moves_alike = self.moves(other.body, other.joint) or other.moves(self.body, self.joint)
+        return self.nodes == other.nodes and not moves_alike
 
-        Args:
-            numbers_at: returns those of a mechanism.
 
-        Raises:
-            ModelError: the tree has numbers of other kinds.
-        """
-        numbers = [numbers_at(self.displaced(node)) for node in self.nodes]
-        tree = numbers[0][0]
+def _displaced(items: Sequence[OfOrigin], mechanism: Mechanism, by: float) -> Mechanism:
+    """Return the mechanism in which numbers are greater by some amount."""
+    description = mechanism.description
+    for item in items:
+        description = item.changed(description, by)
+    return Mechanism(description, mechanism.base, mechanism.coordinates.cardan)
+
+
+Numbers = tuple[Tree, tuple[LinkKind, ...]]
+"""A tree and links, or something in their structure."""
+
+
+def slopes_of(
+    items: Sequence[OfOrigin], mechanism: Mechanism, numbers_at: Callable[[Mechanism], Numbers]
+) -> dict[str, Numbers]:
+    """Return the derivatives of all numbers of a tree and of links by lengths and angles.
+
+    Those of which none moves what another does are found together.
+
+    Args:
+        items: these.
+        mechanism: in which.
+        numbers_at: returns the numbers of a mechanism.
+
+    Returns:
+        Names of the items to numbers in the structure of the tree and of links; 0.0 in place of
+        those that do not change.
+
+    Raises:
+        ModelError: the tree has numbers of other kinds.
+    """
+    together: list[list[OfOrigin]] = []
+    for item in items:
+        for group in together:
+            if all(map(item.goes_with, group)):
+                group.append(item)
+                break
+        else:
+            together.append([item])
+    found: dict[str, Numbers] = {}
+    for group in together:
+        first = group[0]
+        numbers = [numbers_at(_displaced(group, mechanism, node)) for node in first.nodes]
+        tree, links = numbers[0]
         if tree.spins or tree.gears:
             raise ModelError(
-                f"{self.name}: the lines of idle rods and the teeth of gears depend on it, of "
+                f"{first.name}: the lines of idle rods and the teeth of gears depend on it, of "
                 "which derivatives are not known; of gears, couple them by forces='none'; of rods, "
                 "drive or hold their spins"
             )
         # Axes of lengths and angles that are held turn: at some of these places, they are numbers.
-        numbers = [(_with_vectors(tree), links) for tree, links in numbers]
-        of_tree, of_links = _slope(numbers, self.weights)
-        return of_tree, of_links
+        vectors = [(_with_vectors(of), places) for of, places in numbers]
+        slopes = _slope(vectors, first.weights)
+        for item in group:
+            found[item.name] = _own(item, mechanism, (tree, links), slopes)
+    return found
 
-    def moved(
-        self,
-        tree: Tree,
-        links: tuple[LinkKind, ...],
-        change: Scalar,
-        numbers_at: Callable[[Mechanism], tuple[Tree, tuple[LinkKind, ...]]],
-    ) -> tuple[Tree, tuple[LinkKind, ...]]:
-        """Return a tree and links whose numbers change with this one; errors as of `slopes`."""
-        of_tree, of_links = self.slopes(numbers_at)
-        of = Tree(*of_tree)
-        moved = {name: _moved(getattr(tree, name), getattr(of, name), change) for name in _PLACED}
-        return tree._replace(**moved), _moved(links, of_links, change)
+
+def _own(item: OfOrigin, mechanism: Mechanism, numbers: Numbers, slopes: Any) -> Numbers:
+    """Return those of slopes that one of the numbers is the reason of; 0.0 for others."""
+    (tree, links), of_tree, of_links = numbers, Tree(*slopes[0]), slopes[1]
+    joints = joints_of(mechanism)
+    loops = {loop.joint for loop in mechanism.loops}
+
+    def own(slope: Any, body: int, joint: str = "") -> Any:
+        """Return slopes of where a joint lies, or a link, from a body or a length of it inwards."""
+        while joint and body >= 0 and joints[body] == joint:
+            body = tree.bodies[body].parent
+        return slope if item.moves(body, joint) else 0.0
+
+    names = [joints[loop.predecessor.body] for loop in tree.loops]
+    names = [name if name in loops else "" for name in names]
+    # A joint of a loop carries some of the mass of the loop's successor.
+    ends = {name: (loop.successor.body, name) for name, loop in zip(names, tree.loops, strict=True)}
+    bodies = []
+    for index, (body, joint) in enumerate(zip(tree.bodies, joints, strict=True)):
+        of = Body(*of_tree.bodies[index])
+        placed = {name: own(getattr(of, name), body.parent, joint) for name in _PLACED}
+        masses = own(of.masses, *ends.get(joint, (index, "")))
+        bodies.append(of._replace(**placed, masses=masses))
+    welds = tuple(
+        Loop(own(of[0], loop.predecessor.body, name), own(of[1], loop.successor.body, name), 0)
+        for loop, name, of in zip(tree.loops, names, of_tree.loops, strict=True)
+    )
+    nothing = Tree(*[0.0] * len(Tree._fields))  # type: ignore[arg-type]
+    axes = own(of_tree.axes, -1, joints[0])
+    return (
+        nothing._replace(axes=axes, bodies=tuple(bodies), loops=welds),
+        tuple(own(of, link.body) for link, of in zip(links, of_links, strict=True)),
+    )
+
+
+_PLACED = "rotation", "translation", "axis"
+"""Numbers of a body that tell where its joint lies on the parent."""
+
+
+def joints_of(mechanism: Mechanism) -> list[str]:
+    """Return the joint or loop of each body; of lengths and angles that of which they are."""
+    origins = mechanism.description.origins
+    plain = without_origins(mechanism.description)
+    names = [""] * (mechanism.model.njoints - 1)
+    for name, joint in mechanism.joints.items():
+        for part in joint.parts:
+            names[part.id - 1] = origin_of(plain, name).joint.name if name in origins else name
+    return names
 
 
 def _with_vectors(tree: Tree) -> Tree:
@@ -158,10 +230,6 @@ def _with_vectors(tree: Tree) -> Tree:
         for body in tree.bodies
     )
     return tree._replace(bodies=tuple(bodies))
-
-
-_PLACED = ("axes", "bodies", "loops")
-"""What of a tree depends on where joints are."""
 
 
 def _slope(values: Sequence[Any], weights: Sequence[float]) -> Any:
@@ -180,17 +248,19 @@ def _slope(values: Sequence[Any], weights: Sequence[float]) -> Any:
     return result if abs(result) > 4.0 * EPS * sum(map(abs, terms)) else 0.0
 
 
-def _moved(value: Any, slope: Any, change: Scalar) -> Any:
+def moved(value: Any, slope: Any, change: Scalar) -> Any:
     """Return numbers in nested tuples and arrays, which change by some times their slopes."""
+    if isinstance(slope, float) and not slope:
+        return value
     if isinstance(value, int) and isinstance(slope, tuple):  # An axis.
-        return _moved(UNTURNED[value], slope, change) if any(slope) else value
+        return moved(UNTURNED[value], slope, change) if any(slope) else value
     if isinstance(value, tuple):
-        items = [_moved(*pair, change) for pair in zip(value, slope, strict=True)]
+        items = [moved(*pair, change) for pair in zip(value, slope, strict=True)]
         return type(value)(*items) if hasattr(value, "_fields") else tuple(items)
     if isinstance(value, np.ndarray):
         if not np.any(slope):
             return value
-        return np.array(_moved(tuple(map(tuple, value.tolist())), slope, change), dtype=object)
+        return np.array(moved(tuple(map(tuple, value.tolist())), slope, change), dtype=object)
     return value + change * slope if slope else value
 
 

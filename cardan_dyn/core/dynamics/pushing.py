@@ -42,8 +42,8 @@ class Pushing(NamedTuple):
         count = len(acted.efforts)
         return np.concatenate([np.broadcast_to(part, (count, part.shape[1])).T for part in every])
 
-    def change(self, parameter: Parameter | None, x: Array, v: Array) -> Array:
-        """Return how the rows change with a parameter, or while the samples alone do.
+    def change(self, parameter: Parameter | None, x: Array, v: Array) -> Array | float:
+        """Return how the rows change with a parameter, or while the samples alone do; 0.0 if not.
 
         Args:
             parameter: which, if any.
@@ -64,7 +64,8 @@ class Pushing(NamedTuple):
             by = (places[:, None] / far)[..., None]
             many = self._replace(x=self.x + by * x, v=self.v + by * v)
             if isinstance(parameter, OfOrigin):
-                mechanisms = [parameter.displaced(at / float(far[0])) for at in places.tolist()]
+                ends = (places / far[0]).tolist()
+                mechanisms = [parameter.displaced(self.mechanism, by) for by in ends]
                 each = zip(mechanisms, many.x, many.v, strict=True)
                 return np.stack([self._replace(mechanism=on, x=x, v=v).rows() for on, x, v in each])
             every = many._replace(
@@ -75,11 +76,11 @@ class Pushing(NamedTuple):
             return np.moveaxis(every.reshape(len(every), len(places), -1), 1, 0)
 
         moves = np.any(x) or np.any(v) or isinstance(parameter, OfOrigin)
-        change = slope(moved) * far if moves else np.zeros_like(self.rows())
+        change = slope(moved) * far if moves else 0.0
         if isinstance(parameter, OfElement):
             more, less = (
                 self._replace(elements=parameter.among(self.elements, end)).rows()
                 for end in parameter.ends
             )
-            change += (more - less) / parameter.step
+            return change + (more - less) / parameter.step
         return change

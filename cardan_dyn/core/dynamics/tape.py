@@ -152,6 +152,7 @@ class Equations:
     Attributes:
         tree, roles: the mechanism, and what its coordinates are.
         per_sample, uniform: columns of coordinates that differ between samples, and others.
+        units: of coordinates, `(size,)`.
         wrenches, outputs: numbers of all wrenches, and of rows of results.
     """
 
@@ -186,7 +187,7 @@ class Equations:
         columns = columns.union(varied)
         self.per_sample = np.array(sorted(columns), dtype=int)
         self.uniform = np.array(sorted(set(range(sizes[0])) - columns), dtype=int)
-        self._units = tree.coordinate_units(sizes[0]).tolist()
+        self.units = tree.coordinate_units(sizes[0]).tolist()
         rates, (_, forces, couplings) = len(tree.units), sizes
         self.wrenches = forces
         counts = [sizes[0], rates, rates, rates * len(roles.drives), 6 * forces, rates]
@@ -249,7 +250,7 @@ class Equations:
             forces.append(LinkForce(*link, force, moment))
         factors = dict(zip(self._kind.factored, rows, strict=False))
         offsets = list(islice(rows, len(tree.couplings)))
-        in_units = {column: x[column] * (1.0 / unit) for column, unit in enumerate(self._units)}
+        in_units = {column: x[column] * (1.0 / unit) for column, unit in enumerate(self.units)}
         loads = {rate: load for rate, load in loads.items() if not is_zero(load)}
         return Given(in_units, speeds, accelerations, gravity, loads, forces, factors, offsets)
 
@@ -306,7 +307,7 @@ class Equations:
         length, units, rates = tree.length, tree.units.tolist(), range(len(tree.units))
         closed = set(roles.columns(tree))
         yield (
-            found.x[column] * self._units[column] if column in closed else value
+            found.x[column] * self.units[column] if column in closed else value
             for column, value in enumerate(x)
         )
         yield (found.v.get(rate, 0.0) * units[rate] for rate in rates)

@@ -22,7 +22,15 @@ from ..description.origins import (
     with_origins,
     without_origins,
 )
-from ..dynamics.parameters import OfColumn, OfElement, OfMass, OfOrigin, OfRow, Parameter
+from ..dynamics.parameters import (
+    OfColumn,
+    OfElement,
+    OfMass,
+    OfOrigin,
+    OfRow,
+    Parameter,
+    joints_of,
+)
 from ..mechanics.bodies import Mass
 from ..mechanism.mechanism import Mechanism
 from ..problem.acting import Acting
@@ -252,15 +260,20 @@ def _elements(problem: Problem) -> dict[str, Element]:
 def _of_origin(problem: Problem, name: str) -> OfOrigin:
     """Return a length or an angle of a placement; arguments and errors as of `_parameter`."""
     mechanism = problem.mechanism
-    description = mechanism.description
 
     def changed(of: Description, by: float) -> Description:
         plain = without_origins(of)
         return with_origins(origin_of(plain, name).displaced(plain, by), of.origins)
 
-    def displaced(by: float) -> Mechanism:
-        return Mechanism(changed(description, by), mechanism.base, mechanism.coordinates.cardan)
-
-    if origin_of(without_origins(description), name).turns:
-        return OfOrigin.of_angle(name, changed, displaced)
-    return OfOrigin.of_length(name, changed, displaced, mechanism.characteristic_length)
+    origin = origin_of(without_origins(mechanism.description), name)
+    body = mechanism.link(getattr(origin.joint, origin.carrier))[0] - 1
+    # What lies on the world is counted from its first joint.
+    is_first = body < 0 and joints_of(mechanism)[0] == origin.joint.name
+    is_whole = is_first or origin.joint.type == "fixed"
+    unit = 1.0 if origin.turns else mechanism.characteristic_length
+    nodes, weights = np.array([unit, -unit]), np.array([0.5, -0.5]) / unit
+    if origin.turns:
+        nodes = np.pi / 4.0 * np.array([1.0, 3.0, -3.0, -1.0])
+        weights = np.array([0.125, -0.125, 0.125, -0.125]) / np.sin(nodes / 2.0) ** 2
+    places = tuple(nodes.tolist()), tuple(weights.tolist())
+    return OfOrigin(name, changed, *places, origin.joint.name, body, is_whole, unit)

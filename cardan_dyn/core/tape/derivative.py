@@ -7,6 +7,7 @@ over), a derivative is one of the two on its sides.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 from ...kit.errors import ArgumentError
 from .graph import reached
@@ -47,69 +48,19 @@ def tangents(outputs: Sequence[Scalar], seeds: Mapping[Variable, Scalar]) -> lis
     Raises:
         ArgumentError: as `derivatives`.
     """
-    trace, ends, starts = _checked(outputs, list(seeds))
+    trace, ends, starts = checked(outputs, list(seeds))
     found = dict(zip(starts, seeds.values(), strict=True))
     for node in reached(trace, ends):
         if node.index not in found and any(k in found for k in node.arguments):
             tangent: Scalar = 0.0
-            for argument, times in zip(node.arguments, _factors(node), strict=True):
+            for argument, factor in zip(node.arguments, factors_of(node), strict=True):
                 if argument in found:
-                    tangent = tangent + times(found[argument])
+                    tangent = tangent + factor.times(found[argument])
             found[node.index] = tangent
     return [found.get(end, 0.0) for end in ends]
 
 
-def gradient(output: Scalar, wrt: Sequence[Variable]) -> list[Scalar]:
-    """Return derivatives of one output, backwards: the effort is that of one for any number.
-
-    Args:
-        output: a variable, or a number.
-        wrt: as of `derivatives`.
-
-    Returns:
-        The derivative with respect to each variable, as of `derivatives`.
-
-    Raises:
-        ArgumentError: as `derivatives`.
-    """
-    return pulled([output], [1.0], wrt)
-
-
-def pulled(
-    outputs: Sequence[Scalar], weights: Sequence[Scalar], wrt: Sequence[Variable]
-) -> list[Scalar]:
-    """Return derivatives of a weighted sum of outputs, backwards, with the weights kept.
-
-    Args:
-        outputs: variables of one trace, and numbers.
-        weights: one for each: variables of the same trace, or numbers.
-        wrt: as of `derivatives`.
-
-    Returns:
-        As `gradient`.
-
-    Raises:
-        ArgumentError: as `derivatives`.
-    """
-    trace, ends, starts = _checked(outputs, wrt)
-    order = reached(trace, ends)
-    depends = set(starts)
-    for node in order:
-        if not depends.isdisjoint(node.arguments):
-            depends.add(node.index)
-    adjoints: dict[int, Scalar] = {}
-    for end, weight in zip(ends, weights, strict=True):
-        adjoints[end] = adjoints.get(end, 0.0) + weight
-    for node in reversed(order):
-        if node.index in adjoints and not depends.isdisjoint(node.arguments):
-            own = adjoints[node.index]
-            for argument, times in zip(node.arguments, _factors(node), strict=True):
-                if argument in depends:
-                    adjoints[argument] = adjoints.get(argument, 0.0) + times(own)
-    return [adjoints.get(start, 0.0) for start in starts]
-
-
-def _checked(
+def checked(
     outputs: Sequence[Scalar], wrt: Sequence[Variable]
 ) -> tuple[Trace, list[int], list[int]]:
     """Return the trace, and the nodes of outputs and variables."""
@@ -119,11 +70,29 @@ def _checked(
     return trace, [trace.index(x) for x in outputs], [trace.index(x) for x in wrt]
 
 
-def _factors(node: Variable) -> tuple[Callable[[Scalar], Scalar], ...]:
-    """Return the derivative of a node with respect to each argument, as products with it.
+class Factor(NamedTuple):
+    """The derivative of a node with respect to an argument.
 
-    Products with 0 or 1, as lanes choose, are chosen themselves: the other may be NaN.
+    Products with 0 or 1, as lanes choose, are chosen themselves: what is not may be NaN.
+
+    Attributes:
+        number: it, where nothing is chosen; else what is above 0 in lanes in which it is 1.
+        is_one: in which lanes it is 1, else 0: those chosen, or the others; None where it is
+            `number`.
     """
+
+    number: Scalar
+    is_one: bool | None = None
+
+    def times(self, x: Scalar) -> Scalar:
+        """Return its product with a scalar."""
+        if self.is_one is None:
+            return self.number * x
+        return select(self.number, *((x, 0.0) if self.is_one else (0.0, x)))
+
+
+def factors_of(node: Variable) -> tuple[Factor, ...]:
+    """Return the derivative of a node with respect to each argument."""
     known = node.trace.factors
     if node.index not in known:
         arguments = [node.trace.scalar(argument) for argument in node.arguments]
@@ -131,16 +100,18 @@ def _factors(node: Variable) -> tuple[Callable[[Scalar], Scalar], ...]:
     return known[node.index]
 
 
-_Factors = tuple[Callable[[Scalar], Scalar], ...]
+_Factors = tuple[Factor, ...]
 
 
 def _by(*factors: Scalar) -> _Factors:
-    return tuple([lambda d, factor=factor: factor * d for factor in factors])
+    return tuple(map(Factor, factors))
 
 
 def _one_of(condition: Scalar) -> _Factors:
     """Return the factors 1 and 0 where a condition is above 0, else 0 and 1."""
-    return (lambda d: select(condition, d, 0.0), lambda d: select(condition, 0.0, d))
+    if type(condition) is not Variable:
+        return _by(1.0, 0.0) if condition > 0.0 else _by(0.0, 1.0)
+    return Factor(condition, True), Factor(condition, False)
 
 
 def _of_arctan2(_: Scalar, y: Scalar, x: Scalar) -> _Factors:
@@ -152,17 +123,17 @@ _FACTORS: dict[str, Callable[..., _Factors]] = {
     "add": lambda _, a, b: _by(1.0, 1.0),
     "subtract": lambda _, a, b: _by(1.0, -1.0),
     "multiply": lambda _, a, b: _by(b, a),
-    "divide": lambda y, a, b: (lambda d: d / b, lambda d: -(y * d) / b),
+    "divide": lambda y, a, b: _by(1.0 / b, -y / b),
     "negative": lambda _, a: _by(-1.0),
-    "sqrt": lambda y, a: (lambda d: 0.5 * d / y,),
+    "sqrt": lambda y, a: _by(0.5 / y),
     "sin": lambda _, a: _by(cos(a)),
     "cos": lambda _, a: _by(-sin(a)),
-    "absolute": lambda _, a: (lambda d: select(a, d, -d),),
+    "absolute": lambda _, a: _by(select(a, 1.0, -1.0)),
     "greater": lambda _, a, b: _one_of(a - b),
     "smaller": lambda _, a, b: _one_of(b - a),
-    "select": lambda _, c, a, b: (lambda d: 0.0, *_one_of(c)),
+    "select": lambda _, c, a, b: (Factor(0.0), *_one_of(c)),
     "exp": lambda y, a: _by(y),
-    "log": lambda _, a: (lambda d: d / a,),
+    "log": lambda _, a: _by(1.0 / a),
     "tanh": lambda y, a: _by(1.0 - y * y),
     "arctan2": _of_arctan2,
 }

@@ -39,9 +39,17 @@ class Program:
         Raises:
             ArgumentError: an output is neither a variable of the trace nor a number.
         """
-        self.graph: Graph = live_part(trace, outputs, keeps_inputs)
-        self.inputs = self.graph.inputs
-        self.outputs = len(outputs)
+        self._begin(live_part(trace, outputs, keeps_inputs))
+
+    @classmethod
+    def of(cls, graph: Graph) -> Program:
+        """Return the program of a graph."""
+        result = cls.__new__(cls)
+        result._begin(graph)
+        return result
+
+    def _begin(self, graph: Graph) -> None:
+        self.graph, self.inputs, self.outputs = graph, graph.inputs, len(graph.outputs)
         self._blocks: dict[int, ArrayBlock] = {}
         self._handles: dict[int, Any] = {}
 

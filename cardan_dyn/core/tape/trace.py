@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import gc
 from collections import defaultdict
-from collections.abc import Callable
 from numbers import Real
 from typing import Any, TypeAlias
 
@@ -179,7 +178,7 @@ class Trace:
         self.constants: dict[int, float] = {}
         self.inputs: dict[str, Variable] = {}
         self._known: dict[str, dict[tuple[int, ...], int]] = defaultdict(dict)
-        self.factors: dict[int, tuple[Callable[[Scalar], Scalar], ...]] = {}
+        self.factors: dict[int, tuple[Any, ...]] = {}
         self._of_numbers: dict[float | str, Variable] = {}
         self._shadows: list[Any] = []
         self._given: dict[int, Any] = {}

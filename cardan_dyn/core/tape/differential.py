@@ -1,0 +1,264 @@
+"""Differential: how variables of a trace change with each other, written as one linear map.
+
+A change is a sum of others, each times a factor that the trace knows. The sums are written down
+once, whatever changes. Read forwards, they tell how results change in some directions; read
+backwards, how sums of results do with everything. Programs of that are made of arrays, not traced:
+only what changes in a direction is part of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kit.arrays import Array
+from .derivative import Factor, checked, factors_of
+from .graph import live_part, reached
+from .operations import NAMES
+from .program import Program
+from .trace import Scalar, Trace, Variable, is_zero
+
+NOTHING = -1
+"""The number of a change that is zero whatever changes."""
+_ADD, _SUBTRACT, _MULTIPLY, _NEGATIVE, _SELECT = (
+    NAMES.index(name) for name in ("add", "subtract", "multiply", "negative", "select")
+)
+
+
+class _Terms(NamedTuple):
+    """Terms of sums, those of each one behind each other; arrays `(n,)`.
+
+    Attributes:
+        sums: numbers of the changes that are sums, ascending.
+        of: changes that are terms of them, each lower than the sum.
+        factors: nodes of their factors; -1 for one.
+        signs: 1 or -1.
+        chosen: 1 where the factor is 1 in lanes in which the node is above 0, else 0; -1 where it
+            is 0 there, else 1; 0 where it is what the node is.
+    """
+
+    sums: Array
+    of: Array
+    factors: Array
+    signs: Array
+    chosen: Array
+
+    def only(self, which: Array) -> _Terms:
+        """Return some of them."""
+        return _Terms(*(part[which] for part in self))
+
+    def backwards(self, last: int) -> _Terms:
+        """Return those of the transposed map, in which the changes are numbered from the last."""
+        order = np.argsort(last - self.of, kind="stable")
+        turned = self._replace(sums=last - self.of, of=last - self.sums)
+        return turned.only(order)
+
+
+class Differential:
+    """Changes of variables of a trace, numbered in the order in which they are written down."""
+
+    def __init__(self, trace: Trace) -> None:
+        """Begin without any."""
+        self._trace, self._count = trace, 0
+        self._terms: list[tuple[int, int, int, int, int]] = []
+
+    def free(self) -> int:
+        """Return a change that depends on nothing."""
+        self._count += 1
+        return self._count - 1
+
+    def sum(self, terms: Iterable[tuple[Factor, int]]) -> int:
+        """Return a sum of changes, each times a factor; `NOTHING` of nothing."""
+        total = self._count
+        for (number, is_one), change in terms:
+            if change == NOTHING or is_zero(number):
+                continue
+            sign, factor, is_number = 1, NOTHING, type(number) is not Variable
+            if is_number and number < 0.0:
+                sign, number = -1, -number
+            elif not is_number and is_one is None and number.operation == "negative":
+                sign, number = -1, self._trace.nodes[number.arguments[0]]
+            if not (is_number and number == 1.0):
+                factor = self._trace.index(number)
+            chosen = 0 if is_one is None else 1 if is_one else -1
+            self._terms.append((total, change, factor, sign, chosen))
+            self._count = total + 1
+        return total if self._count > total else NOTHING
+
+    def tangents(self, outputs: Sequence[Scalar], changes: Mapping[Variable, int]) -> list[int]:
+        """Return how outputs change while variables do; arguments and errors as of `tangents`."""
+        trace, ends, starts = checked(outputs, list(changes))
+        given = zip(starts, changes.values(), strict=True)
+        found = {start: change for start, change in given if change != NOTHING}
+        for node in reached(trace, ends):
+            if node.index in found or found.keys().isdisjoint(node.arguments):
+                continue
+            pairs = zip(factors_of(node), node.arguments, strict=True)
+            change = self.sum([(factor, found[k]) for factor, k in pairs if k in found])
+            if change != NOTHING:
+                found[node.index] = change
+        return [found.get(end, NOTHING) for end in ends]
+
+    def forwards(
+        self,
+        directions: Sequence[Mapping[int, Scalar]],
+        wanted: Sequence[int],
+        others: Sequence[Scalar] = (),
+    ) -> tuple[Program, Array]:
+        """Return a program of how some changes are made, and which of its rows they are.
+
+        Args:
+            directions: in each, changes that depend on nothing to what they are.
+            wanted: changes that are asked for.
+            others: scalars of the trace, which are the first rows of the program.
+
+        Returns:
+            The program, which keeps all inputs of the trace; and `(directions, wanted)` rows,
+            `NOTHING` where a change is zero.
+        """
+        return self._program(self._every, directions, wanted, others)
+
+    def backwards(
+        self,
+        directions: Sequence[Mapping[int, Scalar]],
+        wanted: Sequence[int],
+        others: Sequence[Scalar] = (),
+    ) -> tuple[Program, Array]:
+        """Return a program of how weighted sums change with some changes; see `forwards`.
+
+        Args:
+            directions: in each, changes that no other depends on to their weights in a sum.
+            wanted: changes, with which sums change.
+            others: see `forwards`.
+        """
+        last = self._count - 1
+        turned = [{last - change: x for change, x in of.items()} for of in directions]
+        own = [last - change if change != NOTHING else NOTHING for change in wanted]
+        return self._program(self._every.backwards(last), turned, own, others)
+
+    @property
+    def _every(self) -> _Terms:
+        return _Terms(*np.array(self._terms, dtype=np.int64).reshape(-1, 5).T)
+
+    def _program(
+        self,
+        terms: _Terms,
+        directions: Sequence[Mapping[int, Scalar]],
+        wanted: Sequence[int],
+        others: Sequence[Scalar],
+    ) -> tuple[Program, Array]:
+        """Return a program of changes and its rows, see `forwards`."""
+        moves = [0] * self._count  # In which directions, by the bits of an integer.
+        for k, of in enumerate(directions):
+            for change in of:
+                moves[change] |= 1 << k
+        is_needed = np.zeros(self._count + 1, dtype=bool)
+        is_needed[[*wanted]] = True  # `NOTHING` is the last one.
+        pairs = list(zip(terms.sums.tolist(), terms.of.tolist(), strict=True))
+        for total, of in pairs:
+            moves[total] |= moves[of]
+        for total, of in reversed(pairs):
+            if is_needed[total]:
+                is_needed[of] = True
+        terms = terms.only(
+            is_needed[terms.sums] & np.array([moves[of] > 0 for _, of in pairs], bool)
+        )
+        width = len(directions) // 8 + 1
+        each = b"".join(of.to_bytes(width, "little") for of in moves)
+        bits = np.frombuffer(each, np.uint8).reshape(self._count, width)
+        trace, factors = self._trace, np.unique(terms.factors)
+        starts = [x for of in directions for x in of.values()]
+        own = [trace.nodes[k] for k in factors.tolist() if k != NOTHING]
+        every = [0.0, 1.0, *others, *starts, *own]
+        graph = live_part(trace, every, keeps_inputs=True)
+        zero, one, *known = graph.outputs.tolist()
+        nodes = np.full(len(trace.nodes), one)
+        nodes[[x.index for x in own]] = known[len(others) + len(starts) :]
+        nodes = nodes[terms.factors]
+        parts, places, seeds = [], np.empty((len(directions), len(wanted)), dtype=int), len(others)
+        end = len(graph.operations)
+        for k, of in enumerate(directions):
+            acts = (bits[terms.of, k // 8] >> (k % 8) & 1) > 0
+            begun = dict(zip(of, known[seeds : seeds + len(of)], strict=True))
+            seeds += len(of)
+            ends = np.full(self._count + 1, NOTHING)
+            part = _written(terms.only(acts), nodes[acts], begun, (zero, one, end), ends)
+            places[k] = ends[[*wanted]]
+            end += len(part)
+            parts.append(part)
+        written = np.concatenate([np.zeros((0, 4), dtype=np.int32), *parts])
+        found = np.unique(places[places != NOTHING])
+        whole = replace(
+            graph,
+            operations=np.concatenate([graph.operations, written[:, 0]]),
+            arguments=np.concatenate([graph.arguments, written[:, 1:]]),
+            outputs=np.concatenate([known[: len(others)], found]).astype(np.int32),
+        )
+        rows = np.searchsorted(found, places) + len(others)
+        return Program.of(whole), np.where(places == NOTHING, NOTHING, rows)
+
+
+def _written(
+    terms: _Terms,
+    factors: Array,
+    begun: Mapping[int, int],
+    known: tuple[int, int, int],
+    ends: Array,
+) -> Array:
+    """Write sums down.
+
+    Args:
+        terms: that are not zero.
+        factors: nodes of theirs.
+        begun: changes that depend on nothing to their nodes.
+        known: nodes of 0 and 1, and where more of them begin.
+        ends: the node of each change, written.
+
+    Returns:
+        `(n, 4)` operations of nodes and their arguments.
+    """
+    zero, one, first_node = known
+    is_first = np.diff(terms.sums, prepend=NOTHING) != 0
+    # Of terms that begin a sum as they are, nothing is written.
+    starts = np.full(len(ends), NOTHING)
+    starts[[*begun]] = [*begun.values()]
+    is_one = starts[terms.of] == one
+    is_plain = terms.factors == NOTHING
+    is_factor = is_one & ~is_plain & (terms.chosen == 0)  # What one is times.
+    is_product = ~is_plain & ~is_factor
+    is_negated = is_first & (terms.signs < 0)
+    is_summed = ~is_first
+    last = first_node + np.cumsum(is_product.astype(int) + (is_negated | is_summed)) - 1
+    count = int(last[-1]) + 1 - first_node if len(last) else 0
+    is_new = is_product | is_negated | is_summed
+    # The node of each sum up to a term: its own, a factor's, or that of what the term is of.
+    sums_end = np.zeros(len(ends), dtype=int)
+    sums_end[terms.sums] = np.arange(len(terms.sums))
+    every = np.where(is_new, last, np.where(is_factor, factors, starts[terms.of]))
+    leads = np.where(is_new | (every != NOTHING), np.arange(len(every)), sums_end[terms.of])
+    while np.any(leads != (further := leads[leads])):
+        leads = further
+    every = every[leads]
+    np.copyto(ends, starts)
+    ends[terms.sums] = every[sums_end[terms.sums]]
+    of = np.where(is_factor, factors, ends[terms.of])
+    written = np.full((count, 4), -1, dtype=np.int32)
+    products = (last - is_negated - is_summed)[is_product] - first_node
+    of_products = np.column_stack([factors, of, np.full(len(of), -1)])
+    chosen = terms.chosen[:, None]
+    zeros = np.full(len(of), zero)
+    of_products = np.where(chosen > 0, np.column_stack([factors, of, zeros]), of_products)
+    of_products = np.where(chosen < 0, np.column_stack([factors, zeros, of]), of_products)
+    written[products, 0] = np.where(terms.chosen == 0, _MULTIPLY, _SELECT)[is_product]
+    written[products, 1:] = of_products[is_product]
+    of = np.where(is_product, last - is_negated - is_summed, of)
+    negated = last[is_negated] - first_node
+    written[negated, 0], written[negated, 1] = _NEGATIVE, of[is_negated]
+    summed = last[is_summed] - first_node
+    before = np.concatenate([[NOTHING], every[:-1]])
+    written[summed, 0] = np.where(terms.signs > 0, _ADD, _SUBTRACT)[is_summed]
+    written[summed, 1], written[summed, 2] = before[is_summed], of[is_summed]
+    return written
