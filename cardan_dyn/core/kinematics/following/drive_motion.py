@@ -9,7 +9,6 @@ from ....kit.errors import AssemblyError, CardanError, SingularConfigurationErro
 from ....kit.threads import in_threads
 from ...mechanism.mechanism import Mechanism
 from ...problem.problem import Problem
-from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from .branch import TURN, Branch
 
@@ -80,12 +79,12 @@ class DriveMotion:
         self._start = self.branch.start
 
     def followed(
-        self, targets: Targets, along_path: bool = False, strict: bool = True
+        self, prescribed: Array, along_path: bool = False, strict: bool = True
     ) -> tuple[Array, ...]:
-        """Follow the branch to targets of the scene.
+        """Follow the branch to positions `(N, d)` of the scene's drives.
 
         Args:
-            targets: N samples.
+            prescribed: of N samples [rad or m].
             along_path: for a single drive, all ways to a position are along the same branch.
             strict: whether all have to be within reach.
 
@@ -96,7 +95,7 @@ class DriveMotion:
         Raises:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
-        positions = targets.prescribed[:, self._index]
+        positions = prescribed[:, self._index]
         low, high = float(positions.min()), float(positions.max())
         period = self._period(positions, low, high)
         periods, is_there = np.zeros(len(positions)), np.ones(len(positions), dtype=bool)
@@ -112,17 +111,17 @@ class DriveMotion:
             is_there = (low <= positions) & (positions <= high)
         return periods, is_there
 
-    def write(self, followed: tuple[Array, ...], targets: Targets, x: Array, turns: Array) -> None:
+    def write(self, followed: tuple[Array, ...], prescribed: Array, x: Array, turns: Array) -> None:
         """Write coordinates near closed ones, and their whole turns, into those of all joints.
 
         Args:
-            followed: to these targets.
-            targets: N samples.
+            followed: to these positions.
+            prescribed: see `followed`.
             x: `(N, size)` coordinates; changed.
             turns: `(N, size)` whole turns that they lack; changed.
         """
         branch, columns, (every, reached) = self.branch, self._columns, followed
-        position = np.where(reached, targets.prescribed[:, self._index], self._start)
+        position = np.where(reached, prescribed[:, self._index], self._start)
 
         def write(block: slice) -> None:
             where, periods = position[block], every[block]
@@ -132,7 +131,7 @@ class DriveMotion:
                 turns[block, columns] = periods[:, None] * branch.windings[columns]
             x[block, columns] = branch.values(where, columns)
 
-        in_threads(write, blocks(targets.size, LARGE_BLOCK))
+        in_threads(write, blocks(len(position), LARGE_BLOCK))
 
     def _period(self, positions: Array, low: float, high: float) -> float | None:
         """Return the period by which drive positions are turned back; None if by none.
