@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....kit.arrays import LARGE_BLOCK, Array, blocks, consecutive
+from ....kit.arrays import LARGE_BLOCK, Array, blocks
 from ....kit.errors import AssemblyError, CardanError, SingularConfigurationError
 from ....kit.threads import in_threads
 from ...mechanism.mechanism import Mechanism
@@ -74,8 +74,6 @@ class DriveMotion:
         self._role = "held joint" if self._index >= len(problem.independent) - varied else "drive"
         self._drive, self._mechanism = problem.independent[self._index], problem.mechanism
         self.branch = Branch.shared(kinematics, start, problem.mechanism.kept)
-        coordinates = problem.mechanism.coordinates
-        self._columns = consecutive(coordinates.columns_moved_by(kinematics.moved))
         self._start = self.branch.start
 
     def followed(
@@ -120,7 +118,7 @@ class DriveMotion:
             x: `(N, size)` coordinates; changed.
             turns: `(N, size)` whole turns that they lack; changed.
         """
-        branch, columns, (every, reached) = self.branch, self._columns, followed
+        branch, columns, (every, reached) = self.branch, self.branch.columns, followed
         position = np.where(reached, prescribed[:, self._index], self._start)
 
         def write(block: slice) -> None:
