@@ -255,24 +255,18 @@ class ProblemSolver(Frozen):
                 self._of_varied[names] = ProblemSolver(self.problem, self, names)
             return self._of_varied[names]
 
-    def at_design(
-        self, positions: Mapping[str, float], problem: Problem | None = None
-    ) -> ProblemSolver:
+    def at_design(self, positions: Mapping[str, float]) -> ProblemSolver:
         """Return the solver of the problem that holds the varied joints at some positions.
 
         It shares all that is known here.
 
         Args:
             positions: of the varied joints [rad or m].
-            problem: that, if it is known; then its solver makes an assembly of its own where sweeps
-                do not suffice.
         """
         solver = ProblemSolver.__new__(ProblemSolver)
-        solver.closing, solver._made_by = self.closing.at_design(positions), None
-        if problem is None:
-            problem, solver.assembly = self.problem.holding(positions), solver.closing
-            solver._made_by = _solver_at_design, (self, dict(positions))
-        solver.problem, solver.varied, solver._family = problem, (), self
+        solver.assembly = solver.closing = self.closing.at_design(positions)
+        solver.problem, solver.varied, solver._family = self.problem.holding(positions), (), self
+        solver._made_by = _solver_at_design, (self, dict(positions))
         solver._of_varied, solver._lock = {}, threading.Lock()
         shared = {"inverse_dynamics": self.inverse_dynamics, "taped": self.taped}
         solver._freeze(_kinematics=self._kinematics, **shared)
@@ -304,7 +298,10 @@ class ProblemSolver(Frozen):
         if [problem.held[name] for name in behind] != assembly.begun[columns(behind)].tolist():
             return None  # These moved when this one was there already.
         drives = assembly.start[columns(problem.independent)][None, :]
-        design = self.at_design({joint: problem.held[joint]}, problem)
+        design = self.at_design({joint: problem.held[joint]})
+        # One of its own is made where sweeps do not suffice, and by copies.
+        design.__dict__.pop("assembly")
+        design.__dict__["_made_by"] = None
         with suppress(CardanError):
             start = design.closing.guesses(Targets.of_positions(drives))
             state = design.closing.kinematics.evaluate(start.x)
@@ -385,17 +382,11 @@ class ProblemSolver(Frozen):
 
         Arguments and errors as of `assemble`; the latter are raised while the blocks are read.
         """
-        if self._family is None:
-            guess = self.assembly.guesses(targets, along_path)
-        elif along_path or targets.size > self._block_size(targets):
-            # A branch of its own, once it is followed, serves many samples better.
-            guess = self.assembly.guesses(targets, along_path)
-        else:
-            try:
-                guess = self.closing.guesses(targets)
-            except CardanError:
-                guess = self.assembly.guesses(targets)  # Which says what it is about this scene.
-        return self._in_blocks(targets, guess, along_path)
+        # A branch of its own, once it is followed, serves many samples better.
+        if self._family and not along_path and targets.size <= self._block_size(targets):
+            with suppress(CardanError):  # An assembly of its own says what it is about this scene.
+                return self._in_blocks(targets, self.closing.guesses(targets), False)
+        return self._in_blocks(targets, self.assembly.guesses(targets, along_path), along_path)
 
     def assembled_near(self, targets: Targets, x: Array, turns: Array) -> AssembledPositions:
         """Return targets that are closed near given coordinates, see `assembled_in_turn`.
