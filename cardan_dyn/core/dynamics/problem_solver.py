@@ -169,7 +169,7 @@ class ProblemSolver(Frozen):
         # Whose design it is, if it is one.
         self._family: ProblemSolver | None = None
         if like is not None and varied:
-            self._made_by = _varied_solver, (like, varied)
+            self._made_by = ProblemSolver.of_varied, (like, varied)
         self._of_varied: dict[tuple[str, ...], ProblemSolver] = {}
         self._lock = threading.Lock()
         if like is not None and varied:
@@ -266,7 +266,7 @@ class ProblemSolver(Frozen):
         solver = ProblemSolver.__new__(ProblemSolver)
         solver.assembly = solver.closing = self.closing.at_design(positions)
         solver.problem, solver.varied, solver._family = self.problem.holding(positions), (), self
-        solver._made_by = _solver_at_design, (self, dict(positions))
+        solver._made_by = ProblemSolver.at_design, (self, dict(positions))
         solver._of_varied, solver._lock = {}, threading.Lock()
         shared = {"inverse_dynamics": self.inverse_dynamics, "taped": self.taped}
         solver._freeze(_kinematics=self._kinematics, **shared)
@@ -705,11 +705,3 @@ def _memory() -> float:
         return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
         return math.inf
-
-
-def _varied_solver(base: ProblemSolver, varied: tuple[str, ...]) -> ProblemSolver:
-    return base.of_varied(varied)
-
-
-def _solver_at_design(family: ProblemSolver, positions: Mapping[str, float]) -> ProblemSolver:
-    return family.at_design(positions)

@@ -200,7 +200,7 @@ class Branch:
         ends = _SIGNS * np.inf
         with self._lock:
             self._lead(until)
-            for side in np.nonzero(self._lines.share < until)[0].tolist():
+            for side in (self._lines.share < until).nonzero()[0].tolist():
                 limit, is_dead_point = self._limit_at(side)
                 ends[side] = self.span[side]
                 if is_dead_point:

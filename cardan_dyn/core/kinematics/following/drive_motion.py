@@ -144,7 +144,7 @@ class DriveMotion:
         """
         if not turns_freely(self._mechanism, self._drive):
             return None
-        farthest = max(low, high, key=lambda position: abs(position - self._start))
+        farthest = high if high - self._start > self._start - low else low
         ahead = abs(farthest - self._start)
         try:
             # Positions that are nearer to the start than half a period are taken as they are.
