@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, KeysView, Mapping, Set
 from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
+from stat import S_IMODE, S_ISREG
 from typing import Any
 
 import numpy as np
@@ -122,15 +123,17 @@ def writing(target: Path) -> Iterator[Path]:
     try:
         real = Path(os.path.realpath(target))  # A link stays one.
         name = f".{real.name}.{os.getpid()}.part{real.suffix}"
-        if real.is_file():
+        mode = real.stat().st_mode if real.exists() else None
+        if mode and S_ISREG(mode):
             real.open("ab").close()  # Whether it may be changed at all.
-        if (real.is_file() or not real.exists()) and len(os.fsencode(name)) <= _LONGEST_NAME:
+        if (not mode or S_ISREG(mode)) and len(os.fsencode(name)) <= _LONGEST_NAME:
             part = real.with_name(name)
         yield part
         if part != target and part.is_file():
-            if real.is_file():
-                part.chmod(real.stat().st_mode & 0o7777)
+            if mode:
+                part.chmod(S_IMODE(mode))
             part.replace(real)
+            part = target
     except CardanError:
         raise
     except (OSError, ValueError) as error:  # Characters that no name of a file has, for one.

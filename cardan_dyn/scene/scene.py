@@ -15,7 +15,7 @@ import numpy as np
 from ..core.dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..core.elements.link_loads import Wrench
 from ..core.mechanism.mechanism import Mechanism
-from ..core.problem.arguments import by_coordinate, checked
+from ..core.problem.arguments import by_coordinate, checked, held_positions
 from ..core.problem.coordinate_names import check_single, each_coordinate
 from ..core.problem.problem import Problem
 from ..core.problem.samples import acting_on, common_shape, targets_of
@@ -280,11 +280,16 @@ class Scene(Prescribed):
             TypeError: no such argument.
             CardanError: as `Scene` does.
         """
-        problem = self._changed(changes)
-        return Scene._of(ProblemSolver(problem, like=self._solver))
+        return Scene._of(self._solver.changed(self._changed(changes)))
 
     def _changed(self, changes: Mapping[str, Any]) -> Problem:
         """Return the problem of the scene that `replace` makes."""
+        problem, held = self._problem, changes.get("held", ())
+        # Loops of a user hold a joint elsewhere again and again: nothing else is checked anew.
+        known = isinstance(held, Mapping) and len(changes) == 1
+        known = known and held.keys() <= problem.held.keys() - problem.near.keys()
+        if known and not any(at is None for at in held.values()):
+            return problem.holding(held_positions(self.mechanism, held, "held"))
         arguments = self._arguments()
         if unknown := set(changes) - set(arguments):
             listed = choices(arguments, min(unknown))

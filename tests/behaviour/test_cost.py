@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import tracemalloc
 from pathlib import Path
 from typing import Any
@@ -187,6 +188,29 @@ def test_calls_for_what_computes_little() -> None:
     # Where the held joint is elsewhere, the way there is followed, along what others were.
     assert calls(lambda: scene(0.8)) < 2500
     assert calls(lambda: scene(0.7)) < (1400 if compiled.kernel else 2500)
+
+
+@needs_kernel
+def test_calls_of_a_scene_that_holds_a_joint_elsewhere() -> None:
+    """It is followed there as drives are, again and again from where it was; nothing is tabled."""
+    held = {"origin:rocker_pin.successor.x": 0.01}
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", held=held)
+    scene.sweep(np.linspace(0.0, 6.0, 100))
+
+    def elsewhere(length: float) -> None:
+        nonlocal scene
+        scene = scene.replace(held={"origin:rocker_pin.successor.x": length})
+        scene.sweep([0.3])
+
+    elsewhere(0.02)
+    once = calls(lambda: scene.sweep([0.4]))
+    assert calls(lambda: elsewhere(0.011)) < 3 * 340
+    assert calls(lambda: elsewhere(-0.02)) < 3 * 340 < 3 * once
+    alone = cd.Scene(scene.mechanism, drive="crank_bearing", held=scene.held)
+    for copy in (scene, pickle.loads(pickle.dumps(scene))):
+        at_start = copy.configuration().positions
+        assert at_start == pytest.approx(alone.configuration().positions, abs=1e-14)
+        assert copy.motion_range() == alone.motion_range()
 
 
 def test_calls_of_the_first_sweep_of_another_scene() -> None:

@@ -134,6 +134,52 @@ def cut_differently(case: Case, seed: int) -> list[Difference] | None:
     return over(errors, TOLERANCE * max(1.0, condition / 1e2))
 
 
+def held_elsewhere(case: Case, seed: int) -> list[Difference] | None:
+    """Return in what a scene told to hold a joint elsewhere differs from one made anew.
+
+    The joint moves by up to 2.5 rad, or lengths of the mechanism. None if none is held.
+    """
+    if not case.held:
+        return None
+    scene, rng = scene_of(case), np.random.default_rng([seed, 2])
+    joint = sorted(case.held)[int(rng.integers(len(case.held)))]
+    unit = scene.mechanism.characteristic_length if scene.mechanism.drivable[joint].slides else 1.0
+    moved = {joint: case.held[joint] + unit * rng.uniform(-2.5, 2.5) * rng.uniform()}
+    rates = {"speed": case.speeds, "acceleration": case.accelerations}
+    sweeps, told = [], []
+    for make in (
+        lambda: scene_of(replace(case, held=case.held | moved)),
+        lambda: scene.replace(held=moved),
+    ):
+        try:
+            sweeps.append(make().sweep(case.positions, **rates))
+        except cd.CardanError as error:
+            told.append(f"{type(error).__name__}: {error}")
+    if told:
+        return [] if len(set(told)) < len(told) else [Difference(" beside ".join(told))]
+    one, other = sweeps
+    length, condition = float(one.mechanism.characteristic_length), float(np.max(one.condition))
+    parts = [("force", length), ("moment", 1.0)]
+    greatest = max(
+        scale * float(np.max(np.abs(getattr(wrench, part))))
+        for wrench in one.values()
+        for part, scale in parts
+    )
+    errors = {"coordinates": float(np.max(np.abs(one.motion.q - other.motion.q)))}
+    for name in one.outputs:
+        error = max(
+            scale * float(np.max(np.abs(getattr(one[name], part) - getattr(other[name], part))))
+            for part, scale in parts
+        )
+        errors[f"wrench of {name}"] = error / greatest if greatest else error
+    flags = [
+        Difference(f"flags of {name}")
+        for name in one.outputs
+        if np.any(one[name].unique != other[name].unique)
+    ]
+    return flags + over(errors, 1e-12 * max(1.0, condition))
+
+
 def misjudged(seed: int) -> list[Difference]:
     """Return what is wrong with the efforts of a bushing that is wound over many turns.
 

@@ -75,6 +75,10 @@ CAMPAIGNS = {
     ),
     "similar": Campaign("chains beside those of other sizes", _of_chains(compare.dissimilar)),
     "cut": Campaign("chains beside those cut elsewhere", _of_chains(compare.cut_differently)),
+    "held": Campaign(
+        "scenes told to hold a joint elsewhere beside those made so",
+        _of_chains(compare.held_elsewhere),
+    ),
     "derivatives": Campaign(
         "derivatives of chains beside differences in fifty digits", random_derivatives.ask
     ),

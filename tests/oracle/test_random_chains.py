@@ -1,12 +1,12 @@
 """Random chains: the package against free bodies that share nothing with it.
 
-More of them: `python tests/oracle/run.py chains --seeds 2000`, and `turned`.
+More of them: `python tests/oracle/run.py chains --seeds 2000`, `turned`, `cut` and `held`.
 """
 
 from __future__ import annotations
 
 import pytest
-from compare import cut_differently, differences, dissimilar, sweep_of
+from compare import cut_differently, differences, dissimilar, held_elsewhere, sweep_of
 from scenes import draw
 
 
@@ -39,4 +39,11 @@ def test_a_similar_chain_of_another_size_has_similar_wrenches(seed: int) -> None
 @pytest.mark.parametrize("seed", [2, 138, 149, 162, 189])
 def test_what_is_chosen_does_not_depend_on_where_rings_are_cut(seed: int) -> None:
     differing = cut_differently(draw(seed), seed) or []
+    assert not differing, "; ".join(map(str, differing))
+
+
+# Some cannot be reached, and some hold several joints.
+@pytest.mark.parametrize("seed", [*range(500, 512)])
+def test_a_joint_held_elsewhere_is_held_as_in_a_new_scene(seed: int) -> None:
+    differing = held_elsewhere(draw(seed), seed) or []
     assert not differing, "; ".join(map(str, differing))

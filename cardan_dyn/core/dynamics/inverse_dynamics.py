@@ -273,7 +273,6 @@ class InverseDynamics:
     """Motion, reactions and residuals of one problem.
 
     Attributes:
-        has_mass: whether any body of the solved groups has mass, or a joint a rotor.
         claimed: indices of the wrenches that are solved, ascending.
     """
 
@@ -321,10 +320,15 @@ class InverseDynamics:
         self._proven_flags = mechanism.kept.of("proven flags", motion, set[tuple[object, ...]])
         scale = mechanism.coordinates.rate_scale
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
-        bodies = {body for item in kinematics.solvers for body in item.group.inertial_bodies}
-        bodies -= {index - 1 for index in mechanism.auxiliary_bodies}
-        self.has_mass = any(mechanism.model.armature) or any(
-            mechanism.model.inertias[body + 1].toDynamicParameters().any() for body in bodies
+
+    @cached_property
+    def has_mass(self) -> bool:
+        """Whether any body of the solved groups has mass, or a joint a rotor."""
+        model, solvers = self._mechanism.model, self._kinematics.solvers
+        bodies = {body for item in solvers for body in item.group.inertial_bodies}
+        bodies -= {index - 1 for index in self._mechanism.auxiliary_bodies}
+        return any(model.armature) or any(
+            model.inertias[body + 1].toDynamicParameters().any() for body in bodies
         )
 
     @property

@@ -6,6 +6,7 @@ import math
 import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -14,14 +15,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...kit.arrays import LARGE_BLOCK, Array, flat
-from ...kit.errors import ArgumentError, IndeterminateError
-from ...kit.frozen import Frozen, frozen, read_only
+from ...kit.errors import ArgumentError, CardanError, IndeterminateError
+from ...kit.frozen import Frozen, read_only
 from ...kit.threads import in_threads
 from ..elements.link_loads import WRENCH_COMPONENTS
 from ..kinematics.assembly import Assembly
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.following.guesses import Guess
 from ..kinematics.loops.needs import solved_couplings
+from ..kinematics.tolerances import CLOSURE_TOLERANCE, REGULAR_CONDITION
 from ..mechanism.kept import Kept
 from ..problem.acting import Acting
 from ..problem.arguments import wanted_outputs
@@ -101,17 +103,17 @@ class InTurn(Sequence[ClosedState]):
         spans: samples of each block.
     """
 
-    def __init__(self, assembly: Assembly, targets: Targets, guess: Guess, spans: list[slice]):
+    def __init__(self, solver: ProblemSolver, targets: Targets, guess: Guess, spans: list[slice]):
         """Keep what closes them.
 
         Args:
-            assembly: closes the loops.
+            solver: its assembly closes the loops.
             targets: N samples.
             guess: near them.
             spans: see the attribute.
         """
         self.spans = spans
-        self._assembly, self._targets, self._guess = assembly, targets, guess
+        self._solver, self._targets, self._guess = solver, targets, guess
 
     def __len__(self) -> int:
         return len(self.spans)
@@ -119,7 +121,7 @@ class InTurn(Sequence[ClosedState]):
     def __getitem__(self, index: Any) -> Any:
         span = self.spans[index]
         positions = self._targets.block(span).positions
-        return self._assembly.close(self.guess(index), positions, span.start)
+        return self._solver.assembly.close(self.guess(index), positions, span.start)
 
     def guess(self, index: int) -> Guess:
         """Return near what a block is closed."""
@@ -141,7 +143,6 @@ class ProblemSolver(Frozen):
     Attributes:
         problem: the problem that it solves.
         varied: names of the held joints whose positions differ from sample to sample.
-        assembly: closes the loops.
 
     Raises:
         ArgumentError, AssemblyError, MobilityError, SingularConfigurationError: see `Assembly`.
@@ -165,20 +166,23 @@ class ProblemSolver(Frozen):
         self.problem, self.varied = problem, varied
         # How a copy is made, with what it shares; None for a solver that shares nothing.
         self._made_by: tuple[object, ...] | None = None
+        # Whose design it is, if it is one.
+        self._family: ProblemSolver | None = None
         if like is not None and varied:
-            self._made_by = _varied_solver, (like, varied)
+            self._made_by = ProblemSolver.of_varied, (like, varied)
         self._of_varied: dict[tuple[str, ...], ProblemSolver] = {}
         self._lock = threading.Lock()
         if like is not None and varied:
-            self.assembly: Assembly = Assembly(problem, varied, like.assembly)
+            self.assembly = Assembly(problem, varied, like.assembly)
         elif like is not None and problem.moves_like(like.problem):
-            self.assembly = like.assembly
+            self._family = like._family
+            made, known = self.__dict__, like.__dict__
+            shared = {"assembly", "closing"}
             if problem.solved_like(like.problem):
-                made, known = self.__dict__, like.__dict__
-                if "_kinematics" in known:
-                    made["_kinematics"] = known["_kinematics"]
+                shared.add("_kinematics")
                 for name in known.keys() & {"inverse_dynamics", "taped"}:
                     made[name] = known[name].of(problem)
+            made.update((name, known[name]) for name in known.keys() & shared)
         else:
             self.assembly = Assembly(problem)
         self._freeze()
@@ -187,9 +191,19 @@ class ProblemSolver(Frozen):
         return self._made_by or (ProblemSolver, (self.problem,))
 
     @cached_property
+    def assembly(self) -> Assembly:
+        """Closes the loops; of designs, whose sweeps do without, it is made where it is needed."""
+        return Assembly(self.problem)
+
+    @cached_property
+    def closing(self) -> Assembly:
+        """Closes the loops of sweeps: `assembly`, or that of the scene whose design this is."""
+        return self.assembly
+
+    @cached_property
     def _kinematics(self) -> Kinematics:
         """That of the assembly, for the drives alone."""
-        kinematics = self.assembly.kinematics
+        kinematics = self.closing.kinematics
         if not self.varied:
             return kinematics
         # Held joints rest: nobody asks how fast others would move with them.
@@ -199,8 +213,8 @@ class ProblemSolver(Frozen):
     @cached_property
     def _groups(self) -> list[tuple[Group, bool]]:
         """The groups that are solved, and whether their forces are, too."""
-        needed = self.assembly.needed
-        return [(self.assembly.groups[index], index in needed.forces) for index in needed.motion]
+        needed = self.closing.needed
+        return [(self.closing.groups[index], index in needed.forces) for index in needed.motion]
 
     @cached_property
     def inverse_dynamics(self) -> InverseDynamics:
@@ -208,7 +222,7 @@ class ProblemSolver(Frozen):
         # What is made only to be looked at needs none of this.
         from .inverse_dynamics import InverseDynamics
 
-        assembly = self.assembly
+        assembly = self.closing
         bodies, decided = assembly.needed.known_bodies, assembly.decided
         of_groups = self._kinematics, self._groups, bodies, decided
         return InverseDynamics(self.problem, *of_groups, assembly.start)
@@ -223,8 +237,8 @@ class ProblemSolver(Frozen):
             self.varied,
             self._groups,
             self.inverse_dynamics.claimed,
-            self.assembly,
-            self.assembly.needed.efforts_alone,
+            self.closing,
+            self.closing.needed.efforts_alone,
         )
 
     @cached_property
@@ -250,13 +264,50 @@ class ProblemSolver(Frozen):
             positions: of the varied joints [rad or m].
         """
         solver = ProblemSolver.__new__(ProblemSolver)
-        held = frozen({**self.problem.held, **positions})
-        solver.problem, solver.varied = replace(self.problem, held=held), ()
+        solver.assembly = solver.closing = self.closing.at_design(positions)
+        solver.problem, solver.varied, solver._family = self.problem.holding(positions), (), self
+        solver._made_by = ProblemSolver.at_design, (self, dict(positions))
         solver._of_varied, solver._lock = {}, threading.Lock()
-        solver._made_by = _solver_at_design, (self, dict(positions))
-        solver.assembly = self.assembly.at_design(positions)
-        solver._freeze(_kinematics=self._kinematics, inverse_dynamics=self.inverse_dynamics)
+        shared = {"inverse_dynamics": self.inverse_dynamics, "taped": self.taped}
+        solver._freeze(_kinematics=self._kinematics, **shared)
         return solver
+
+    def changed(self, problem: Problem) -> ProblemSolver:
+        """Return the solver of another problem; what does not differ is shared.
+
+        Raises:
+            CardanError: as `ProblemSolver` does.
+        """
+        family = self._family
+        if family is None or problem.held_elsewhere(family.problem) != family.varied:
+            family, joints = None, problem.held_elsewhere(self.problem)
+            with suppress(CardanError):
+                family = self.of_varied(joints) if joints else None
+        design = family and family._led_to(problem)
+        return design or ProblemSolver(problem, like=self)
+
+    def _led_to(self, problem: Problem) -> ProblemSolver | None:
+        """Return the solver of a problem that holds the varied joint elsewhere.
+
+        None where the way to its start is not that of this scene, led on or turned back, or where
+        that start leaves doubts, which a solver of its own tells.
+        """
+        assembly, (joint,) = self.closing, self.varied
+        columns, names = problem.mechanism.coordinates.columns_of, list(problem.held)
+        behind = names[names.index(joint) + 1 :]
+        if [problem.held[name] for name in behind] != assembly.begun[columns(behind)].tolist():
+            return None  # These moved when this one was there already.
+        drives = assembly.start[columns(problem.independent)][None, :]
+        design = self.at_design({joint: problem.held[joint]})
+        # One of its own is made where sweeps do not suffice, and by copies.
+        design.__dict__.pop("assembly")
+        design.__dict__["_made_by"] = None
+        with suppress(CardanError):
+            start = design.closing.guesses(Targets.of_positions(drives))
+            state = design.closing.kinematics.evaluate(start.x)
+            is_closed = state.residual[0] < CLOSURE_TOLERANCE
+            return design if is_closed and state.condition[0] < REGULAR_CONDITION else None
+        return None
 
     @cached_property
     def complete(self) -> ProblemSolver:
@@ -283,12 +334,12 @@ class ProblemSolver(Frozen):
     @cached_property
     def couplings(self) -> dict[int, str]:
         """Indices and names of the couplings whose moments are solved."""
-        indices = solved_couplings(self.assembly.groups, self.assembly.needed)
+        indices = solved_couplings(self.closing.groups, self.closing.needed)
         return {index: self.problem.mechanism.couplings[index].name for index in indices}
 
     def knows_effort(self, joint: str) -> bool:
         """Return whether what acts along a driven or held coordinate is solved."""
-        needed, mechanism = self.assembly.needed, self.problem.mechanism
+        needed, mechanism = self.closing.needed, self.problem.mechanism
         if needed.efforts_alone:
             return joint in self.problem.independent
         return mechanism.joints[mechanism.drivable[joint].joint].id - 1 in needed.known_bodies
@@ -308,7 +359,7 @@ class ProblemSolver(Frozen):
     def unsolved(self) -> list[int]:
         """Velocity coordinates of passive joints whose motion is not solved, ascending."""
         passives = set(self.problem.passive_columns.tolist())
-        return sorted(passives - set(self.assembly.decided.tolist()))
+        return sorted(passives - set(self.closing.decided.tolist()))
 
     def assemble(self, targets: Targets, along_path: bool = False) -> AssembledPositions:
         """Return targets with all their loops closed, to be used again.
@@ -331,6 +382,10 @@ class ProblemSolver(Frozen):
 
         Arguments and errors as of `assemble`; the latter are raised while the blocks are read.
         """
+        # A branch of its own, once it is followed, serves many samples better.
+        if self._family and not along_path and targets.size <= self._block_size(targets):
+            with suppress(CardanError):  # An assembly of its own says what it is about this scene.
+                return self._in_blocks(targets, self.closing.guesses(targets), False)
         return self._in_blocks(targets, self.assembly.guesses(targets, along_path), along_path)
 
     def assembled_near(self, targets: Targets, x: Array, turns: Array) -> AssembledPositions:
@@ -359,7 +414,7 @@ class ProblemSolver(Frozen):
         """
         self.refuse_too_many(targets.size)
         coordinates = self.problem.mechanism.coordinates
-        x = np.tile(self.assembly.start, (targets.size, 1))
+        x = np.tile(self.closing.start, (targets.size, 1))
         for name, values in near.items():
             columns = coordinates.columns[name]
             is_ball = columns.stop - columns.start > 1
@@ -383,7 +438,7 @@ class ProblemSolver(Frozen):
             blocks_needed = -(-count // block_size)
             ends = [count * block // blocks_needed for block in range(blocks_needed + 1)]
             spans = [slice(*span) for span in pairwise(ends)]
-        blocks = InTurn(self.assembly, targets, guess, spans)
+        blocks = InTurn(self, targets, guess, spans)
         return AssembledPositions(self, targets, guess.turns, spans, blocks, along_path)
 
     def _block_size(self, targets: Targets) -> int:
@@ -457,13 +512,13 @@ class ProblemSolver(Frozen):
     def keeps_rates(self, count: int) -> bool:
         """Return whether a sweep of several blocks, of that many samples, keeps its rates."""
         # The accelerations of rods that spin idly depend on forces.
-        is_idle = self.assembly.kinematics.idle_columns.size > 0
+        is_idle = self.closing.kinematics.idle_columns.size > 0
         return is_idle or count * self._rates_of_sample <= _MOST_RATES
 
     @property
     def _rates_of_sample(self) -> int:
         """Number of velocities, accelerations and velocity ratios of a sample."""
-        nv, depends = self.problem.mechanism.model.nv, self.assembly.kinematics.depends
+        nv, depends = self.problem.mechanism.model.nv, self.closing.kinematics.depends
         return int(2 * nv + (nv if depends is None else np.count_nonzero(depends)))
 
     def refuse_too_many(self, count: int, kept_closed: bool = False) -> None:
@@ -510,7 +565,7 @@ class ProblemSolver(Frozen):
         rows = Rows(len(x))
         for span in assembled.spans:
             given = acting.flat(assembled.shape, span)
-            state = assembled.solver.assembly.kinematics.evaluate(x[span])
+            state = assembled.solver.closing.kinematics.evaluate(x[span])
             rates = self.inverse_dynamics.joint_rates(state, given.speeds, given.accelerations)
             ratios = VelocityRatios.of(rates.velocity_ratios, rates.depends)
             rows.put(span, {"v": rates.v, "a": rates.a, "ratios": ratios.values})
@@ -524,7 +579,7 @@ class ProblemSolver(Frozen):
         """
         found = []
         for span in assembled.spans:
-            state = assembled.solver.assembly.kinematics.evaluate(x[span])
+            state = assembled.solver.closing.kinematics.evaluate(x[span])
             ratios = self._kinematics.velocity_ratios(state)
             found.append(self.inverse_dynamics.condition(state, ratios))
         return np.concatenate(found)
@@ -606,7 +661,7 @@ class Work:
 
         def close(samples: Array) -> ClosedState:
             if guess is None:
-                return solver.assembly.kinematics.evaluate(x[samples])
+                return solver.closing.kinematics.evaluate(x[samples])
             closing = guess.of_samples(samples), inputs.positions[samples]
             return solver.assembly.close(*closing, span.start)
 
@@ -650,11 +705,3 @@ def _memory() -> float:
         return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
         return math.inf
-
-
-def _varied_solver(base: ProblemSolver, varied: tuple[str, ...]) -> ProblemSolver:
-    return base.of_varied(varied)
-
-
-def _solver_at_design(family: ProblemSolver, positions: Mapping[str, float]) -> ProblemSolver:
-    return family.at_design(positions)

@@ -91,9 +91,10 @@ class TapedSolver:
             },
         )
         spinning = {rate for group in self._groups for rod in group.idle for rate in rod.columns}
-        idle = coordinates.columns_moved_by(np.array(sorted(spinning), dtype=int))
-        angles = set(coordinates.angle_columns.tolist())
-        self._idle = [column for column in idle if column in angles]
+        self._idle: list[int] = []
+        if spinning:  # Few mechanisms have rods that spin idly.
+            idle = coordinates.columns_moved_by(np.array(sorted(spinning), dtype=int))
+            self._idle = np.intersect1d(idle, coordinates.angle_columns).tolist()
         self._sizes = coordinates.size, mechanism.wrench_count, len(mechanism.couplings)
         self._trees: dict[tuple[str, ...], Tree] = {}
         self._roles = Roles(
@@ -104,7 +105,6 @@ class TapedSolver:
             efforts_alone,
             self._compliances(),
         )
-        self._equations: dict[Kind, Equations] = {}
         self._tapes: dict[tuple[Kind, bytes], dict[int, Tape | None]] = {}
         self.key = (
             self._roles,
@@ -112,6 +112,7 @@ class TapedSolver:
             tuple(sorted(wrenches)),
             tuple(group.key for group in self._groups),
         )
+        self._equations = mechanism.kept.of("equations", self.key, dict[Kind, Equations])
 
     def of(self, problem: Problem) -> TapedSolver:
         """Return that of a problem which differs in elements and what sweeps say anew."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...kit.arrays import Array, blocks
 from ...kit.errors import ArgumentError, MobilityError, choices
-from ..problem.problem import Problem
+from ..problem.problem import FIRST_MODE, Problem
 from ..problem.samples import Targets
 from .closing.all_groups import ClosedState, Kinematics
 from .division import Division
@@ -28,9 +28,6 @@ if TYPE_CHECKING:
     from .assembly_modes import AssemblyModes
     from .following.orders import Orders
 
-_FIRST_MODE = "A"
-"""Name of the assembly mode that the description's zero leads to, see `mode_name`."""
-
 
 class Assembly:
     """Assembles a mechanism with given drives and held joints.
@@ -40,6 +37,7 @@ class Assembly:
         needed: which of the groups the outputs need.
         decided: velocity coordinates of the passive joints that the needed groups decide.
         start: `(size,)` closed coordinates at the held positions, where the drives start.
+        begun: the same before the held joints came to their positions.
 
     Raises:
         ArgumentError: there is no such assembly mode.
@@ -69,12 +67,13 @@ class Assembly:
         self._of_open_loops = whole = Division.of_open_loops(problem, system)
         states = states_to_start(whole, tells) if like is None else [like.start]
         self.start: Array = states[-1]
+        self.begun: Array = states[0] if like is None else like.begun
         self._first_mode = self.start
         division = whole.around(self.start)
         # The start itself may be singular; judge the rank from all states on the way to it.
         known = division.independent(np.array(states))
         division.refuse_locked(known, self.start)
-        if problem.branch != _FIRST_MODE and like is None:
+        if problem.branch != FIRST_MODE and like is None:
             self.start = self._mode_called(problem.branch)
             division = whole.around(self.start)
             known = division.independent(self.start[None, :])
@@ -202,7 +201,7 @@ class Assembly:
         division = self._of_open_loops
         if len(division.needed.motion) < len(division.groups):
             try:
-                return self.with_all_loops(_FIRST_MODE).modes
+                return self.with_all_loops(FIRST_MODE).modes
             except MobilityError:
                 pass
         return assembly_modes(
@@ -239,7 +238,7 @@ class Assembly:
 
 
 def _guesses_of(problem: Problem) -> Guesses:
-    return Assembly(replace(problem, branch=_FIRST_MODE), tells=False)._guesses
+    return Assembly(replace(problem, branch=FIRST_MODE), tells=False)._guesses
 
 
 def _is_closed(state: ClosedState) -> Array:

@@ -8,6 +8,7 @@ fewer are.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -61,7 +62,7 @@ class Division:
             division = _into(problem, system, finer, needed)
         return replace(division, kinematics=division.kinematics.with_open_reductions(state))
 
-    @property
+    @cached_property
     def decided(self) -> Array:
         """Velocity coordinates of the passive joints that the needed groups decide."""
         return columns_of([self.groups[index] for index in self.needed.motion])

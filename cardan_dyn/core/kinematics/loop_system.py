@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 
 import numpy as np
 
@@ -35,11 +36,12 @@ class LoopSystem:
         self.mechanism = mechanism
         self.held = held
         self.structure = Structure(mechanism)
-        self._looped_columns = {
-            column
-            for index in range(len(self.structure.paths))
-            for column in self.structure.coordinates_on(index)
-        }
+
+    @cached_property
+    def _looped_columns(self) -> set[int]:
+        """Velocity coordinates that some loop or coupling depends on."""
+        paths = range(len(self.structure.paths))
+        return {column for index in paths for column in self.structure.coordinates_on(index)}
 
     def is_on_loops(self, joint: str) -> bool:
         """Return whether a loop or coupling depends on a joint."""

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from ..elements.element import Element
     from ..elements.element_forces import ElementForces
 
+FIRST_MODE = "A"
+"""Name of the assembly mode that the description's zero leads to, see `mode_name`."""
 _DECIDE_ASSEMBLY = frozenset(
     {"mechanism", "independent", "held", "near", "near_balls", "branch", "outputs", "all_outputs"}
 )
@@ -97,6 +99,27 @@ class Problem(Record):
     def solved_like(self, other: Problem) -> bool:
         """Return whether the same equations serve a problem that moves like it."""
         return not self.differs_from(other, _DECIDE_EQUATIONS)
+
+    def holding(self, positions: Mapping[str, float]) -> Problem:
+        """Return the problem with held joints at other positions; what acts is known of both."""
+        result = object.__new__(Problem)
+        known = {name: value for name, value in self.__dict__.items() if name != "held_row"}
+        result.__dict__.update(known, held=frozen({**self.held, **positions}))
+        return result
+
+    def held_elsewhere(self, other: Problem) -> tuple[str, ...]:
+        """Return the held joint that alone stands elsewhere than in another problem.
+
+        Nothing but it then decides where a scene of the first assembly mode starts. There is none
+        where more differs, or where joints are brought to positions that it may carry them from.
+        """
+        names = list(self.held)
+        stays = set(self.near) <= set(self.independent) and not self.near_balls
+        if self.free or not stays or self.branch != FIRST_MODE or names != list(other.held):
+            return ()
+        moved = tuple(name for name in names if self.held[name] != other.held[name])
+        alone = len(moved) == 1 and self.differs_from(other) == {"held"}
+        return moved if alone else ()
 
     def driving(self, names: tuple[str, ...]) -> Problem:
         """Return the problem in which some held joints are independent, after the others."""

@@ -92,7 +92,10 @@ class Targets(NamedTuple):
         """Positions of the drives, then of the varied joints, `(N, d + h)`."""
         if not self.held:
             return self.positions
-        return np.concatenate([self.positions, self.designs[self.design_of]], axis=1)
+        if self.chosen is not None:
+            return np.concatenate([self.positions, self.designs[self.chosen]], axis=1)
+        held = [flat(values, self.shape)[:, None] for values in self.held.values()]
+        return np.concatenate([self.positions, *held], axis=1)
 
     def at(self, positions: Array) -> Targets:
         """Return the same with other positions `(N, d)` of the drives."""

@@ -14,6 +14,7 @@ import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import cycle
+from operator import add
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -178,10 +179,9 @@ class Table:
         index = pandas.RangeIndex(int(np.prod(sizes)), name=names[0])
         if len(sizes) > 1:
             index = pandas.MultiIndex.from_product(map(range, sizes), names=names)
-        values: Any = {name: values for name, (values, _) in columns.items()}
-        if all(column.dtype == float for column in values.values()):
-            # As one array: pandas examines each of several by itself.
-            values = np.array([*values.values()]).reshape(len(values), len(index)).T
+        values: Any = _together(columns)
+        if values.dtype == object:
+            values = {name: values for name, (values, _) in columns.items()}
         frame = pandas.DataFrame(values, index, [*columns])
         told = {"units": units, **self.frame_attributes, **self.attributes}
         # pandas copies them deeply whenever a column is read: what cannot be changed stays itself.
@@ -229,12 +229,10 @@ class Table:
         """Write a text file; see `Result.to_csv`."""
         target, columns = file_path("path", path), self.columns()
         shown = [f"{name} [{unit}]" if unit else name for name, (_, unit) in columns.items()]
+        places = np.indices(tuple(self.samples.values())).reshape(len(self.samples), -1).T.tolist()
+        values = _together(columns)
         # Where there is no number, a text file has nothing.
-        values = [
-            ["" if value != value else value for value in column.tolist()]
-            for column, _ in columns.values()
-        ]
-        places = np.indices(tuple(self.samples.values())).reshape(len(self.samples), -1).tolist()
+        rows = np.where(values != values, "", values.astype(object)).tolist()
         lines = []
         if header:
             told = {name: value for name, value in self.attributes.items() if value != ""}
@@ -243,7 +241,7 @@ class Table:
             file.writelines(lines)
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow([*self._places(columns), *shown])
-            writer.writerows(zip(*places, *values, strict=True))
+            writer.writerows(map(add, places, rows))
         return target
 
     def _over_samples(self, variable: Variable) -> Array:
@@ -275,6 +273,14 @@ class Table:
             elif dim in _IN_FRONT:
                 quantity = quantity.removeprefix(_IN_FRONT[dim])
         return [f"{owner}{quantity}{part}" for owner in owners for part in parts]
+
+
+def _together(columns: Mapping[str, tuple[Array, str]]) -> Array:
+    """Return the values of columns as one array `(N, k)`: pandas examines each of several."""
+    values = [column for column, _ in columns.values()]
+    numbers = all(column.dtype == float for column in values)
+    count = len(values[0]) if values else 0
+    return np.array(values, float if numbers else object).reshape(len(values), count).T
 
 
 def _as_json(value: Any) -> Any:

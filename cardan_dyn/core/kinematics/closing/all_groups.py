@@ -125,6 +125,8 @@ class Kinematics:
 
         Drives and groups are given by their indices, ascending.
         """
+        if len(self.drives) == 1:
+            return [([0], list(range(len(self.solvers))))]
         moving = [drives.tolist() for drives in self._moving]
         met = {(one, other) for drives in moving for one in drives for other in drives}
         part_of = components(len(self.drives), met)

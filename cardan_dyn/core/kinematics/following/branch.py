@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import EPS, Array
+from ....kit.arrays import EPS, Array, consecutive
 from ....kit.errors import AssemblyError, SingularConfigurationError
 from ...mechanism.kept import Kept
 from ..closing.all_groups import Kinematics
@@ -54,6 +54,7 @@ class Branch:
 
     Attributes:
         kinematics: solves the branch.
+        columns: of a row of coordinates that change along it, see `consecutive`.
         start: drive position where it begins.
         unit: drive displacement that counts as one radian: 1 for angles, a length for slides.
         period: drive displacement after which every body is where it was; None if not known.
@@ -70,6 +71,7 @@ class Branch:
         coordinates = kinematics.coordinates
         (self._column,) = coordinates.column_of(kinematics.drives).tolist()
         self.kinematics = kinematics
+        self.columns = consecutive(coordinates.columns_moved_by(kinematics.moved))
         self.unit = float(coordinates.rate_scale[kinematics.drives[0]])
         self.period: float | None = None
         self.windings = np.zeros(start.size)
@@ -198,7 +200,7 @@ class Branch:
         ends = _SIGNS * np.inf
         with self._lock:
             self._lead(until)
-            for side in np.nonzero(self._lines.share < until)[0].tolist():
+            for side in (self._lines.share < until).nonzero()[0].tolist():
                 limit, is_dead_point = self._limit_at(side)
                 ends[side] = self.span[side]
                 if is_dead_point:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....kit.arrays import LARGE_BLOCK, Array, blocks, consecutive
+from ....kit.arrays import LARGE_BLOCK, Array, blocks
 from ....kit.errors import AssemblyError, CardanError, SingularConfigurationError
 from ....kit.threads import in_threads
 from ...mechanism.mechanism import Mechanism
 from ...problem.problem import Problem
-from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from .branch import TURN, Branch
 
@@ -75,17 +74,15 @@ class DriveMotion:
         self._role = "held joint" if self._index >= len(problem.independent) - varied else "drive"
         self._drive, self._mechanism = problem.independent[self._index], problem.mechanism
         self.branch = Branch.shared(kinematics, start, problem.mechanism.kept)
-        coordinates = problem.mechanism.coordinates
-        self._columns = consecutive(coordinates.columns_moved_by(kinematics.moved))
         self._start = self.branch.start
 
     def followed(
-        self, targets: Targets, along_path: bool = False, strict: bool = True
+        self, prescribed: Array, along_path: bool = False, strict: bool = True
     ) -> tuple[Array, ...]:
-        """Follow the branch to targets of the scene.
+        """Follow the branch to positions `(N, d)` of the scene's drives.
 
         Args:
-            targets: N samples.
+            prescribed: of N samples [rad or m].
             along_path: for a single drive, all ways to a position are along the same branch.
             strict: whether all have to be within reach.
 
@@ -96,7 +93,7 @@ class DriveMotion:
         Raises:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
-        positions = targets.prescribed[:, self._index]
+        positions = prescribed[:, self._index]
         low, high = float(positions.min()), float(positions.max())
         period = self._period(positions, low, high)
         periods, is_there = np.zeros(len(positions)), np.ones(len(positions), dtype=bool)
@@ -112,17 +109,17 @@ class DriveMotion:
             is_there = (low <= positions) & (positions <= high)
         return periods, is_there
 
-    def write(self, followed: tuple[Array, ...], targets: Targets, x: Array, turns: Array) -> None:
+    def write(self, followed: tuple[Array, ...], prescribed: Array, x: Array, turns: Array) -> None:
         """Write coordinates near closed ones, and their whole turns, into those of all joints.
 
         Args:
-            followed: to these targets.
-            targets: N samples.
+            followed: to these positions.
+            prescribed: see `followed`.
             x: `(N, size)` coordinates; changed.
             turns: `(N, size)` whole turns that they lack; changed.
         """
-        branch, columns, (every, reached) = self.branch, self._columns, followed
-        position = np.where(reached, targets.prescribed[:, self._index], self._start)
+        branch, columns, (every, reached) = self.branch, self.branch.columns, followed
+        position = np.where(reached, prescribed[:, self._index], self._start)
 
         def write(block: slice) -> None:
             where, periods = position[block], every[block]
@@ -132,7 +129,7 @@ class DriveMotion:
                 turns[block, columns] = periods[:, None] * branch.windings[columns]
             x[block, columns] = branch.values(where, columns)
 
-        in_threads(write, blocks(targets.size, LARGE_BLOCK))
+        in_threads(write, blocks(len(position), LARGE_BLOCK))
 
     def _period(self, positions: Array, low: float, high: float) -> float | None:
         """Return the period by which drive positions are turned back; None if by none.
@@ -147,7 +144,7 @@ class DriveMotion:
         """
         if not turns_freely(self._mechanism, self._drive):
             return None
-        farthest = max(low, high, key=lambda position: abs(position - self._start))
+        farthest = high if high - self._start > self._start - low else low
         ahead = abs(farthest - self._start)
         try:
             # Positions that are nearer to the start than half a period are taken as they are.

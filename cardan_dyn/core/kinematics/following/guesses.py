@@ -164,19 +164,20 @@ class Guesses:
             MobilityError: the drives do not decide the motion.
             SingularConfigurationError: a dead point lies on the way.
         """
-        x = self._start[None, :].repeat(targets.size, axis=0)
+        prescribed = targets.prescribed
+        x = self._start[None, :].repeat(len(prescribed), axis=0)
         turns, is_there = np.zeros(x.shape), None
         if self._motionless:
-            x[:, self._columns] = targets.prescribed
+            x[:, self._columns] = prescribed
             return Guess(x, turns)
         # All of them are followed before any is written.
-        every = [part.followed(targets, along_path, strict) for part in self._parts]
+        every = [part.followed(prescribed, along_path, strict) for part in self._parts]
         if not strict:
             is_there = np.logical_and.reduce([within for *_, within in every])
         for part in self._parts:
             # What was followed is let go as soon as it is written.
-            part.write(every.pop(0), targets, x, turns)
-        x[:, self._columns] = targets.prescribed
+            part.write(every.pop(0), prescribed, x, turns)
+        x[:, self._columns] = prescribed
         if np.count_nonzero(turns[:, self._columns]):
             turns[:, self._columns] = 0.0
         self._problem.mechanism.coordinates.normalised(x)

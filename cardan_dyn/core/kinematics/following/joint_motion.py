@@ -12,7 +12,6 @@ import numpy as np
 from ....kit.arrays import Array, blocks, distinct
 from ....kit.errors import AssemblyError, SingularConfigurationError
 from ...problem.problem import Problem
-from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from .branch import TURN, Branch, whole_turns
 from .drive_motion import MOST_TURNS, turned_back, turns_freely
@@ -65,12 +64,12 @@ class JointMotion:
         self._legs = [leg for leg in (self._held, self._driven) if leg]
 
     def followed(
-        self, targets: Targets, along_path: bool = False, strict: bool = True
+        self, prescribed: Array, along_path: bool = False, strict: bool = True
     ) -> tuple[Array, ...]:
-        """Follow the motion to targets of the scene.
+        """Follow the motion to positions `(N, d)` of the scene's drives.
 
         Args:
-            targets: N samples.
+            prescribed: of N samples [rad or m].
             along_path: whether every sample is followed from the one before it.
             strict: whether all have to be within reach; along a path they have to be.
 
@@ -81,7 +80,7 @@ class JointMotion:
         Raises:
             AssemblyError: a position is out of reach.
         """
-        asked = targets.prescribed[:, self._drives]
+        asked = prescribed[:, self._drives]
         turns = np.zeros((len(asked), self._start.size))
         try:
             if along_path:
@@ -215,7 +214,7 @@ class JointMotion:
             error.hint += f"; {more} other sample{'s are' if more > 1 else ' is'} out of reach too"
         return error
 
-    def write(self, followed: tuple[Array, ...], targets: Targets, x: Array, turns: Array) -> None:
+    def write(self, followed: tuple[Array, ...], prescribed: Array, x: Array, turns: Array) -> None:
         """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
         (own_x, own_turns, _), columns = followed, self._columns
         for own, rows in (own_x, x), (own_turns, turns):

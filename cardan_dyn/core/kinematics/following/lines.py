@@ -161,7 +161,7 @@ class Lines:
         if most < np.inf:
             ways = np.abs(self.rows.x - self._start) * self._kinematics.coordinates.scale
             on &= np.max(ways, axis=1, initial=0.0) <= most
-        return np.nonzero(on)[0]
+        return on.nonzero()[0]
 
     @np.errstate(all="ignore")  # Steps out of reach may overflow; they are not taken.
     def advance(self, line: Array) -> Array:
