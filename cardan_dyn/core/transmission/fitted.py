@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from ...kit.arrays import Array
-from ...kit.checks import file_path, mapping, positive, text, vector, writing
+from ...kit.checks import file_path, mapping, text, vector, writing
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import frozen
 from ..tape import function_name
 from .maps import Maps
-from .polynomials import FitError, FittedWay
+from .newton import FitError, FittedWay
 from .printed import as_file
 from .way import SolvedWay
 
@@ -106,13 +106,9 @@ def fitted(
     name: str,
     ways: tuple[SolvedWay, SolvedWay],
     ranges: tuple[object, object],
-    tolerance: float,
 ) -> FittedTransmission:
-    """Return both ways of a mechanism, by its name, as polynomials; see `Transmission.fitted`."""
-    most = positive("tolerance", tolerance)
-    made = [
-        FittedWay(way, *_range(way, given), most) for way, given in zip(ways, ranges, strict=True)
-    ]
+    """Return both ways of a mechanism, by its name, within ranges; see `Transmission.fitted`."""
+    made = [FittedWay(way, *_range(way, given)) for way, given in zip(ways, ranges, strict=True)]
     return FittedTransmission(name, *made)
 
 
