@@ -1,4 +1,4 @@
-"""Fitted: both ways of a transmission as polynomials within ranges, with their errors."""
+"""Fitted: both ways of a transmission within ranges, with their errors, also as C."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from .way import SolvedWay
 
 
 class FittedTransmission(Maps):
-    """A transmission as polynomials, from `Transmission.fitted`; positions beyond are refused.
+    """A transmission within ranges, from `Transmission.fitted`; positions beyond are refused.
 
     Attributes:
         mechanism: name of the mechanism.
         ranges: each coordinate to its least and greatest position [rad or m].
         errors: `joints_of` and `actuated_of` to how far they are off, see `FitError`: the greatest
-            of a thousand positions between those that made them.
+            of a thousand positions within and all corners of the range.
     """
 
     mechanism: str
@@ -67,7 +67,7 @@ class FittedTransmission(Maps):
 
         It has two functions, which return 0 and write `n` positions and `n * n` derivatives row by
         row (none where `jacobian` is 0), or return 1 and write nothing where a position is outside
-        of the range, or no number::
+        of the range, or no number, or loops do not close to rounding::
 
             int transmission_joints_of(const double *actuated, double *joints, double *jacobian);
             int transmission_actuated_of(const double *joints, double *actuated, double *jacobian);

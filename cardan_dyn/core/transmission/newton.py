@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import combinations_with_replacement, count, product
+from itertools import combinations_with_replacement, product
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +29,7 @@ from ..mechanics.elimination import THRESHOLD, Order
 from ..mechanics.placements import stepped
 from ..mechanics.sample import Position, Roles
 from ..mechanism.kept import Kept
-from ..tape import Program, Scalar, Trace, absolute, greater
+from ..tape import Program, Scalar, Stage, Stages, Trace, absolute, greater, select
 from .way import SolvedWay, Way
 
 _SAMPLES = 1000
@@ -62,10 +62,9 @@ class FittedWay(Way):
         low, high: `(n,)` the range of the given side [rad or m].
         start: to `m` coordinates near closed ones.
         steps: of each order of elimination, to these after a step of Newton's method, and whether
-            it holds: at most 1 where they are closed.
-        slopes: of each order, to all derivatives row by row.
-        values: to coordinates of the found side.
-        most: steps that it takes.
+            it holds: at most 1 where they are closed. It takes the latter of the last step as well.
+        slopes: of each order, to coordinates of the found side, and all derivatives row by row.
+        values: to the former alone.
         error: how far it is off.
     """
 
@@ -96,18 +95,20 @@ class FittedWay(Way):
             *(closed.programs(order, bodies) for order in orders), strict=True
         )
         self.values = closed.values(bodies)
-        step, least = max(map(_size, self.steps)), np.inf
-        for degree in count(1):
-            if 2 * math.comb(len(low) + degree, degree) > len(fitted):
-                break
+        step, least, degree = max(map(_size, self.steps)), np.inf, 1
+        while 2 * math.comb(len(low) + degree, degree) <= len(fitted):
             start = closed.start(bodies, degree, fitted)
+            for most in range(1, MOST_STEPS + 1):
+                cost = _size(start) + most * step
+                if cost >= least:
+                    break
+                found, left = self._found(self._staged(start, most), points.T)
+                off = np.abs(found[: len(low)].T - known[0]) / self.found.units
+                if not len(left) and np.max(off) <= _EXACT:
+                    least, self.start = cost, start
             if _size(start) + step >= least:
                 break
-            x, _, most = self._closed(start, points.T)
-            found = _run(self.values, np.concatenate([points.T, x])).T
-            off = np.max(np.abs(found - known[0]) / self.found.units)
-            if off <= _EXACT and _size(start) + most * step < least:
-                least, self.start, self.most = _size(start) + most * step, start, most
+            degree += max(1, degree // 2)
         if not np.isfinite(least):
             raise AccuracyError(
                 f"Newton's method does not lead from polynomials in {choices(self.given.names)} to "
@@ -115,6 +116,7 @@ class FittedWay(Way):
                 "singular configurations",
                 tolerance=_EXACT,
             )
+        self._stages = self._staged(self.start, MOST_STEPS)
         errors = (np.abs(a - b) for a, b in zip(self.at(points), known, strict=True))
         self.error = FitError(*(float(np.max(each)) for each in errors))
 
@@ -135,42 +137,47 @@ class FittedWay(Way):
                 f"{self.given.names[k]} is {position[outside][0]:.12g}, outside of the range "
                 f"{self.low[k]:.12g} to {self.high[k]:.12g} that was fitted"
             )
-        given = position.reshape(-1, len(self.low)).T if position.ndim > 1 else position
-        x, chosen, _ = self._closed(self.start, given)
-        if np.any(chosen < 0):
-            lost = as_position(np.atleast_2d(given.T)[np.atleast_1d(chosen) < 0][0])
+        given = position.reshape(-1, len(self.low)).T
+        found, left = self._found(self._stages, given)
+        if len(left):
+            lost = as_position(given[:, left[0]])
             raise AssemblyError(
                 f"Newton's method does not close the loops at {lost} of "
                 f"{choices(self.given.names)}; fit smaller ranges",
                 position=lost,
             )
-        both = np.concatenate([given, x])
-        values, slopes = _run(self.values, both), np.array(0.0)
-        for index in np.unique(chosen).tolist():
-            slopes = np.where(chosen == index, _run(self.slopes[index], both), slopes)
-        return values.T.reshape(position.shape), slopes.T.reshape(*position.shape, len(self.low))
+        values, slopes = np.split(found.T, [len(self.low)], axis=1)
+        return values.reshape(position.shape), slopes.reshape(*position.shape, len(self.low))
 
-    def _closed(self, start: Program, given: Array) -> tuple[Array, Array, int]:
-        """Return closed coordinates `(m, ...)`, the order that holds `(...)`, and steps at most.
+    def _staged(self, start: Program, most: int) -> list[Stages]:
+        """Return what leads to values and slopes, for each order, with so many steps at most."""
+        closed, staged = start.outputs, []
+        for step, slopes in zip(self.steps, self.slopes, strict=True):
+            x = {name: row for row, name in enumerate(slopes.inputs[len(self.low) :])}
+            stages = [
+                Stage(start),
+                Stage(step, {**x, "last": closed}, x, closed, most, 1.0, kept=True),
+                Stage(slopes, taken=x, kept=True),
+            ]
+            staged.append(Stages(stages))
+        return staged
 
-        The order is -1 where none holds.
-
-        Args:
-            start: see the attribute.
-            given: `(n,)`, or `(n, N)`.
-        """
-        begin, chosen, most = _run(start, given), np.full(given.shape[1:], -1), 0
-        x = begin
-        for index, step in enumerate(self.steps):
-            x = np.where(chosen < 0, begin, x)
-            for number in range(1, MOST_STEPS + 1):
-                after = _run(step, np.concatenate([given, x]))
-                x = np.where(chosen < 0, after[:-1], x)
-                chosen[(chosen < 0) & (after[-1] <= 1.0)] = index
-                most = max(most, number)
-                if np.all(chosen >= 0):
-                    return x, chosen, most
-        return x, chosen, most
+    def _found(self, staged: Sequence[Stages], given: Array) -> tuple[Array, Array]:
+        """Return values and slopes `(n + n², N)` at positions `(n, N)`, and those left (index)."""
+        size, count = given.shape
+        found, left = np.full((size * (size + 1), count), np.nan), np.arange(count)
+        for stages in staged:
+            rows = [*np.ascontiguousarray(given[:, left])]
+            passed = [None] * stages.stages[0].program.outputs
+            last = np.array(np.inf)
+            inputs = [rows, [*rows, *passed, last], [*rows, *passed]]
+            closed, result = stages.run_values(inputs, len(left))
+            holds = closed[-1] <= 1.0
+            found[:, left[holds]] = result[:, holds]
+            left = left[~holds]
+            if not len(left):
+                break
+        return found, left
 
 
 class _Closed:
@@ -243,16 +250,27 @@ class _Closed:
                     if row in own:
                         size = order.sizes[step.row] / order.sizes[row] * THRESHOLD
                         failure = greater(failure, absolute(factor) * size)
-            outputs = [*map(after.__getitem__, columns), failure], self._slopes(position)
-            step, slopes = (Program(trace, every, keeps_inputs=True) for every in outputs)
-            return step, slopes
+            found = [*self._values(position.x), *self._slopes(position)]
+            slopes = Program(trace, found, keeps_inputs=True)
+            # Where it holds already, nothing changes any more.
+            before = trace.input("last", np.inf)
+            outputs = [
+                select(before - 1.0, new, old)
+                for new, old in (
+                    *((after[column], position.x[column]) for column in columns),
+                    (failure, before),
+                )
+            ]
+            return Program(trace, outputs, keeps_inputs=True), slopes
 
     def values(self, bodies: list[Body]) -> Program:
         """Return coordinates of the found side, see `FittedWay`."""
         with Trace() as trace:
             x = self._inputs(trace, bodies)
-            found = [x[column] * float(self._units[column]) for column in self._found]
-            return Program(trace, found, keeps_inputs=True)
+            return Program(trace, self._values(x), keeps_inputs=True)
+
+    def _values(self, x: Mapping[int, Scalar]) -> list[Scalar]:
+        return [x[column] * float(self._units[column]) for column in self._found]
 
     def start(self, bodies: Iterable[Body], degree: int, parts: Array) -> Program:
         """Return polynomials as far as coordinates go, see `FittedWay`.
@@ -318,11 +336,6 @@ class _Closed:
         ]
 
 
-def _run(program: Program, rows: Array) -> Array:
-    """Return the outputs of a program, `(k,)` of one row of inputs, `(k, N)` of N columns."""
-    return program.of_one()(rows) if rows.ndim == 1 else program.run_rows([rows], rows.shape[1])
-
-
 def _size(program: Program) -> int:
     """Return how many operations a program has."""
     return len(program.graph.operations) - len(program.graph.constants)
@@ -330,8 +343,8 @@ def _size(program: Program) -> int:
 
 def _terms(parts: Iterable[Scalar], degree: int) -> Iterator[Scalar]:
     """Yield all products of numbers up to a degree."""
-    for count in range(degree + 1):
-        yield from map(math.prod, combinations_with_replacement(parts, count))
+    for power in range(degree + 1):
+        yield from map(math.prod, combinations_with_replacement(parts, power))
 
 
 def _looked(way: SolvedWay, points: Array) -> tuple[Array, Array]:

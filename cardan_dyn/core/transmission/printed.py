@@ -36,7 +36,8 @@ def as_file(mechanism: str, name: str, ways: Mapping[str, FittedWay]) -> str:
 def _told(name: str, way: FittedWay) -> Iterator[str]:
     """Yield what the head of the file says of a function."""
     yield f"{_declared(name, way)};"
-    yield "  returns 0; 1 where a position is outside of its range, and then writes nothing."
+    yield "  returns 0; 1 where a position is outside of its range, or loops do not close there,"
+    yield "  and then writes nothing."
     yield f"  {way.given.role}, and between which positions:"
     each = zip(way.given.names, way.low.tolist(), way.high.tolist(), _units(way.given), strict=True)
     for index, (coordinate, low, high, unit) in enumerate(each):
@@ -48,7 +49,7 @@ def _told(name: str, way: FittedWay) -> Iterator[str]:
         f"  jacobian, row by row d {way.found.role} / d {way.given.role}, off by at most "
         f"{way.error.jacobian:.1e};"
     )
-    yield "    0 in its place leaves it out, which takes half the time"
+    yield "    0 in its place leaves it out, which takes less time"
     yield ""
 
 
@@ -72,14 +73,20 @@ def _function(name: str, way: FittedWay) -> str:
     tried = "".join(
         f"""
     {name}_start(1, inputs, x);
+    x[{closed}] = HUGE_VAL;
     for (k = 0; k < {MOST_STEPS}; k++) {{
         {name}_step_{order}(1, inputs, x);
-        if (x[{closed}] <= 1.0) {{
-            {name}_values(1, inputs, {found});
-            if (jacobian)
-                {name}_slopes_{order}(1, inputs, jacobian);
-            return 0;
-        }}
+        if (!(x[{closed}] <= 1.0))
+            continue;
+        if (jacobian) {{
+            {name}_slopes_{order}(1, inputs, outputs);
+            for (k = 0; k < {count * count}; k++)
+                jacobian[k] = outputs[{count} + k];
+        }} else
+            {name}_values(1, inputs, outputs);
+        for (k = 0; k < {count}; k++)
+            {found}[k] = outputs[k];
+        return 0;
     }}"""
         for order in range(len(way.steps))
     )
@@ -87,15 +94,15 @@ def _function(name: str, way: FittedWay) -> str:
 {_declared(name, way)}
 {{
     static const double low[{count}] = {{{low}}}, high[{count}] = {{{high}}};
-    const double *inputs[{count + closed}];
-    double x[{closed + 1}];
+    const double *inputs[{count + closed + 1}];
+    double x[{closed + 1}], outputs[{count + count * count}];
     int k;
     for (k = 0; k < {count}; k++) {{
         if (!({given}[k] >= low[k] && {given}[k] <= high[k]))
             return 1;
         inputs[k] = &{given}[k];
     }}
-    for (k = 0; k < {closed}; k++)
+    for (k = 0; k <= {closed}; k++)
         inputs[{count} + k] = &x[k];{tried}
     return 1;
 }}
