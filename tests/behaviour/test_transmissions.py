@@ -9,6 +9,7 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import mpmath
 import numpy as np
@@ -655,6 +656,16 @@ def test_reduced_tree(ankle: cd.Transmission, tmp_path: Path) -> None:
                 scene.sweep(joints, acceleration=one).drive_effort for scene in (whole, tree)
             )
             assert every - alone == pytest.approx(left.gravity + left.inertia @ one, abs=1e-14)
+    # Each joint can do what motors do to it, as URDF and the motors of MJCF say.
+    corners = ankle.effort_limits([0.0, 0.0]), ankle.speed_limits([0.0, 0.0])
+    most = [np.abs(each).max(axis=0) for each in corners]
+    written = cd.load(tmp_path / "ankle.urdf").description.joints
+    limits = [(joint.limits.effort, joint.limits.velocity) for joint in written]
+    assert np.all(np.array(limits) < [100.0, 20.0])  # Which are those of the joints.
+    assert [*zip(*limits, strict=True)] == [pytest.approx(of, rel=1e-12) for of in most]
+    driven = ElementTree.parse(tmp_path / "ankle.xml").findall("actuator/motor")
+    ranges = [[float(word) for word in motor.get("ctrlrange", "").split()] for motor in driven]
+    assert ranges == [pytest.approx([-effort, effort]) for effort in most[0]]
     # Where it was made, only the coupling of joints is left out.
     there = ankle.reduced([0.1, -0.1])
     assert np.diagonal(there.left_out([0.1, -0.1]).inertia) == pytest.approx([0.0, 0.0], abs=1e-16)

@@ -281,7 +281,7 @@ class Equations:
         # Exactly 1 at the greatest that is allowed.
         unstable = greater(found.growth * THRESHOLD, found.narrowness / REGULAR_CONDITION)
         unheld: Scalar = 0.0
-        for number, of_rod in enumerate(() if kind.moves_alone else found.unheld, 1):
+        for number, of_rod in enumerate(found.unheld, 1):
             unheld = select(of_rod, float(number), unheld)
         unstable = select(unheld, np.inf, greater(unstable, found.step / _FAR))
         unstable = select(left_out, np.inf, unstable)

@@ -318,7 +318,8 @@ def solved(
         given: what is prescribed.
         order: of the elimination.
         is_closed: whether coordinates are closed already, so that no step is made.
-        moves_alone: whether the motion is wanted without ratios and forces.
+        moves_alone: whether the motion is wanted without ratios and forces, nor with accelerations
+            of rods that spin idly, which depend on these.
 
     Raises:
         UnsuitableError: see `reactions.closed`.
@@ -368,7 +369,7 @@ def solved_at(
         growth=factors.growth,
         narrowness=factors.narrowness,
     )
-    if moves_alone and not tree.spins:
+    if moves_alone:
         return found
     motion = moving(tree, at, v, a, times(given.gravity, -1.0))
     carried = momentum_rates(tree, at, motion, given.factors)
@@ -382,8 +383,6 @@ def solved_at(
         a = {rate: a.get(rate, 0.0) + added.get(rate, 0.0) for rate in {**a, **added}}
         open_tree = open_tree.and_also(more)
         found = found._replace(a=a, unheld=unheld)
-    if moves_alone:
-        return found
     if roles.efforts_alone:
         efforts = _by_virtual_work(tree, at, roles, ratios, open_tree, loads)
         return found._replace(exerted=efforts)

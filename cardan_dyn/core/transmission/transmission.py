@@ -178,7 +178,9 @@ class Transmission(Maps):
         """Return the tree that is left without motors, rods and loops, with joints driven directly.
 
         It keeps the links that the joints of the transmission, held and fixed ones carry, from the
-        root on. The inertia of all else along each joint becomes its armature.
+        root on. The inertia of all else along each joint becomes its armature, and the greatest
+        effort and speed that motors give to it its limits, where its own are no less: together,
+        joints have those of `effort_limits` and `speed_limits` alone.
 
         Args:
             joints: their positions at which it does [rad or m]; where the scene starts if None.
