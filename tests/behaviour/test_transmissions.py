@@ -541,6 +541,31 @@ def test_what_pinocchio_loaded(ankle: cd.Transmission) -> None:
     )
 
 
+def test_held_joints_differ_by_sample() -> None:
+    """A universal joint at several angles, by its closed form."""
+    scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.5})
+    maps = scene.transmission("bearing_in", "bearing_out")
+    phi, angles = np.linspace(-1.2, 1.2, 7), np.array([[0.0], [0.3], [0.5]])
+    turned = np.arctan2(np.sin(phi), np.cos(phi) * np.cos(angles))
+    ratio = np.cos(angles) / (1.0 - np.sin(angles) ** 2 * np.cos(phi) ** 2)
+    held = {"joint_angle": angles}
+    found = maps.joints_of(phi, speed=2.0, effort=3.0, held=held)
+    assert found.position == pytest.approx(turned, abs=1e-14)
+    assert found.speed == pytest.approx(2.0 * ratio, abs=1e-13)
+    assert found.effort == pytest.approx(3.0 / ratio, abs=1e-13)
+    assert maps.jacobian(phi, held)[..., 0, 0] == pytest.approx(ratio, abs=1e-14)
+    assert maps.actuated_of(turned, held=held).position == pytest.approx(
+        np.broadcast_to(phi, turned.shape), abs=1e-13
+    )
+    one = maps.joints_of(0.7, held={"joint_angle": 0.3}).position
+    assert np.shape(one) == () and one == pytest.approx(
+        np.arctan2(np.sin(0.7), np.cos(0.7) * np.cos(0.3))
+    )
+    with pytest.raises(cd.ArgumentError, match="what is fitted holds"):
+        range_ = (-1.0, 1.0)
+        maps.fitted({"bearing_in": range_}, {"bearing_out": range_}).joints_of(0.0, held=held)
+
+
 def test_fitted_linear_maps() -> None:
     motors = ["motor_1", "motor_2"]
     scene = cd.Scene(cd.load(transmissions.differential()), drive=motors)
@@ -613,8 +638,8 @@ def test_refusals(ankle: cd.Transmission) -> None:
         ankle.actuated_of(0.0)
     with pytest.raises(cd.ArgumentError, match=r"speed has shape \(3,\)"):
         ankle.joints_of([0.0, 0.0], speed=[1.0, 2.0, 3.0])
-    with pytest.raises(TypeError, match=r"scene\.replace\(held=\{\.\.\.\}\)\.transmission"):
-        ankle.joints_of([0.0, 0.0], held={"roll": 0.0})  # type: ignore[call-arg]
+    with pytest.raises(cd.ArgumentError, match="roll"):
+        ankle.joints_of([0.0, 0.0], held={"roll": 0.0})
     with pytest.raises(AttributeError, match="joints_of"):
         ankle.forward_kinematics  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"scene\.transmission"):

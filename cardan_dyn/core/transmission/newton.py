@@ -128,8 +128,13 @@ class FittedWay(Way):
             found |= {f"{kind}_{index}": program for index, program in enumerate(every)}
         return found
 
-    def at(self, position: Array) -> tuple[Array, Array]:
+    def at(self, position: Array, held: object = None) -> tuple[Array, Array]:
         """See `Way.at`."""
+        if held is not None:
+            raise ArgumentError(
+                "what is fitted holds joints where the scene does: fit that of "
+                "scene.replace(held={...})"
+            )
         outside = ~((position >= self.low) & (position <= self.high))
         if np.any(outside):
             *_, k = np.argwhere(outside)[0]
