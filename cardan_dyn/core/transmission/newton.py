@@ -86,15 +86,14 @@ class FittedWay(Way):
         ends = np.array(list(product((-1.0, 1.0), repeat=len(low))))
         fitted = np.concatenate([np.zeros((1, len(low))), np.cos(random.uniform(0, np.pi, size))])
         parts = np.concatenate([fitted, ends, random.uniform(-1.0, 1.0, size)])
-        points = 0.5 * (low + high) + 0.5 * (high - low) * parts
+        points = np.clip(0.5 * (low + high) + 0.5 * (high - low) * parts, low, high)
         known = _looked(solved, points)
         closed = _Closed(solved, points, (low, high))
         orders = closed.orders()
         bodies = closed.needed(orders)
-        self.steps, self.slopes = zip(
+        self.steps, self.slopes, (self.values, *_) = zip(
             *(closed.programs(order, bodies) for order in orders), strict=True
         )
-        self.values = closed.values(bodies)
         step, least, degree = max(map(_size, self.steps)), np.inf, 1
         while 2 * math.comb(len(low) + degree, degree) <= len(fitted):
             start = closed.start(bodies, degree, fitted)
@@ -237,8 +236,8 @@ class _Closed:
             if len(needed) == known:
                 return own
 
-    def programs(self, order: Order, bodies: list[Body]) -> tuple[Program, Program]:
-        """Return a step of Newton's method, and derivatives, see `FittedWay`."""
+    def programs(self, order: Order, bodies: list[Body]) -> tuple[Program, Program, Program]:
+        """Return a step of Newton's method, and what it leads to, see `FittedWay`."""
         columns = [column for body in bodies for column in body.columns]
         rates = {rate for body in bodies for rate in body.rates}
         with Trace() as trace:
@@ -255,8 +254,9 @@ class _Closed:
                     if row in own:
                         size = order.sizes[step.row] / order.sizes[row] * THRESHOLD
                         failure = greater(failure, absolute(factor) * size)
-            found = [*self._values(position.x), *self._slopes(position)]
-            slopes = Program(trace, found, keeps_inputs=True)
+            found = [position.x[column] * float(self._units[column]) for column in self._found]
+            values = Program(trace, found, keeps_inputs=True)
+            slopes = Program(trace, [*found, *self._slopes(position)], keeps_inputs=True)
             # Where it holds already, nothing changes any more.
             before = trace.input("last", np.inf)
             outputs = [
@@ -266,16 +266,7 @@ class _Closed:
                     (failure, before),
                 )
             ]
-            return Program(trace, outputs, keeps_inputs=True), slopes
-
-    def values(self, bodies: list[Body]) -> Program:
-        """Return coordinates of the found side, see `FittedWay`."""
-        with Trace() as trace:
-            x = self._inputs(trace, bodies)
-            return Program(trace, self._values(x), keeps_inputs=True)
-
-    def _values(self, x: Mapping[int, Scalar]) -> list[Scalar]:
-        return [x[column] * float(self._units[column]) for column in self._found]
+            return Program(trace, outputs, keeps_inputs=True), slopes, values
 
     def start(self, bodies: Iterable[Body], degree: int, parts: Array) -> Program:
         """Return polynomials as far as coordinates go, see `FittedWay`.
