@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.dynamics.problem_solver import AssembledPositions, ProblemSolver
-from ..core.dynamics.velocity_ratios import VelocityRatios
 from ..core.kinematics.tolerances import REGULAR_CONDITION
 from ..core.mechanism.mechanism import Mechanism
 from ..core.problem.acting import Acting
@@ -27,7 +26,7 @@ from ..core.problem.samples import Targets, acting_on, common_shape, targets_of
 from ..core.results.collect import sweep_of
 from ..core.results.derivative import Swept
 from ..core.results.motion import Motion
-from ..kit.arrays import Array, flat
+from ..kit.arrays import Array, consecutive, flat
 from ..kit.checks import described, mapping, number, numbers
 from ..kit.errors import (
     ArgumentError,
@@ -168,11 +167,12 @@ class TaskMotion(Frozen):
         """Return how the mechanism follows rows of the task; arguments as of `sweep`."""
         problem = self._follower.problem
         given = self._values("position", position)
-        rates = self._values("speed", speed), self._values("acceleration", acceleration)
+        moving = self._values("speed", speed), self._values("acceleration", acceleration)
         acting = problem.acting
-        if any(map(np.any, rates)):
+        if any(map(np.any, moving)):
             every = [
-                block.rates(*(values[..., own] for values in rates)) for block, own in self._spans()
+                block.rates(*(values[..., own] for values in moving))
+                for block, own in self._spans()
             ]
             acting = acting_on(problem, *map(_joined, zip(*every, strict=True)))
         columns = self._columns(given, along_path)
@@ -182,9 +182,11 @@ class TaskMotion(Frozen):
         self.machine.refuse_too_many(targets.size)
         solver = self._follower.of_varied(targets.varied)
 
+        rates = problem.mechanism.coordinates.rates_of(self.actuated)
+
         def moved(targets: Targets) -> tuple[AssembledPositions, Array, Array, Array]:
             assembled = solver.assembled_in_turn(targets, along_path)
-            return assembled, *solver.moved(assembled, acting)
+            return assembled, *solver.moved(assembled, acting, rates)
 
         try:
             try:
@@ -201,14 +203,20 @@ class TaskMotion(Frozen):
                 assembled, x, v, a = moved(targets)
         except (AssemblyError, SingularConfigurationError) as error:
             raise self._told(error, given, targets) from error
-        ratios = VelocityRatios(np.zeros((len(x), 0)), np.zeros((0, 0), dtype=int))
-        where = x, assembled.turns, (v, a, ratios), targets.shape
-        motion = Motion(problem.mechanism, problem.independent, *where)
+        own = self._columns_of_machine
+        turns = assembled.turns
+        motion = Motion(
+            problem.mechanism,
+            problem.independent,
+            x,
+            turns,
+            partial(solver.rates_at, assembled, x, acting),
+            targets.shape,
+        )
         followed = Swept(solver, acting, motion, np.zeros((0, 6)), {})
         condition = partial(_condition, solver, assembled, x)
-        return Followed(
-            Given(self.tasks, self.rows, given, *rates, condition, followed), motion, held
-        )
+        of = Given(self.tasks, self.rows, given, *moving, condition, followed)
+        return Followed(of, x[:, own], turns[:, own], v, a, targets.shape, held)
 
     def _told(
         self, error: AssemblyError | SingularConfigurationError, given: Array, targets: Targets
@@ -286,14 +294,14 @@ class TaskMotion(Frozen):
         return array
 
     @cached_property
-    def _both(self) -> tuple[Array, Array]:
-        """Columns of the coordinates of the mechanism, and of those of the follower's."""
+    def _columns_of_machine(self) -> Array | slice:
+        """Columns of the mechanism's coordinates among those of the follower's."""
         mechanism, other = self.machine.problem.mechanism, self._follower.problem.mechanism
-        both = [
-            np.concatenate([np.r_[each.coordinates.columns[name]] for name in mechanism.joints])
-            for each in (mechanism, other)
-        ]
-        return both[0], both[1]
+        columns = np.empty(mechanism.coordinates.size, dtype=int)
+        for name in mechanism.joints:
+            span = other.coordinates.columns[name]
+            columns[mechanism.coordinates.columns[name]] = range(span.start, span.stop)
+        return consecutive(columns)
 
     def _driven(
         self,
@@ -306,11 +314,13 @@ class TaskMotion(Frozen):
         Raises:
             SingularConfigurationError: they do not decide where it is.
         """
-        problem, motion = machine.problem, followed.motion
-        drives, coordinates = problem.independent, problem.mechanism.coordinates
+        problem, coordinates = machine.problem, machine.problem.mechanism.coordinates
+        drives = problem.independent
+        columns, own = coordinates.columns_of(drives), [*map(self.actuated.index, drives)]
+        rows = followed.x[:, columns] + 2.0 * np.pi * followed.turns[:, columns]
         at, speeds, accelerations = (
-            np.stack([read(name) for name in drives], axis=-1)
-            for read in (motion.position, motion.velocity, motion.acceleration)
+            values.reshape(*followed.shape, -1)
+            for values in (rows, followed.v[:, own], followed.a[:, own])
         )
         acting = acting_on(problem, speeds, accelerations)
         targets = targets_of(problem, at, followed.held)
@@ -318,14 +328,13 @@ class TaskMotion(Frozen):
         targets = targets.expanded(shape)
         solver = machine.of_varied(targets.varied)
         solver.refuse_too_many(targets.size)
-        own, theirs = self._both
         given = coordinates.columns_of((*drives, *targets.varied))
 
         def coordinates_near() -> tuple[Array, Array]:
-            x, turns = np.zeros((2, targets.size, coordinates.size))
-            for ours, every in (x, motion.x), (turns, motion.turns):
-                shaped = every[:, theirs].reshape(*motion.shape, -1)
-                ours[:, own] = flat(shaped, shape, trailing=1)
+            x, turns = (
+                np.array(flat(every.reshape(*followed.shape, -1), shape, trailing=1))
+                for every in (followed.x, followed.turns)
+            )
             x[:, given], turns[:, given] = targets.prescribed, 0.0
             return x, turns
 

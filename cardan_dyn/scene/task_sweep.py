@@ -12,7 +12,6 @@ import numpy as np
 
 from ..core.dynamics.inverse_dynamics import UNIQUE_TOLERANCE
 from ..core.problem.acting import Acting
-from ..core.results.motion import Motion
 from ..core.results.sweep import Sweep
 from ..core.results.table import Table, Variable
 from ..kit.arrays import EPS, Array, spread
@@ -50,16 +49,22 @@ class Given(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """How a mechanism follows a task.
+    """How a mechanism follows a task, at N samples.
 
     Attributes:
         given: what it follows.
-        motion: of the mechanism with what follows the task.
+        x, turns: `(N, size)` coordinates of the mechanism, and whole turns that they lack.
+        v, a: `(N, a)` velocities and accelerations of the actuated joints.
+        shape: of the samples.
         held: held joints to other positions, as they were given.
     """
 
     given: Given
-    motion: Motion
+    x: Array
+    turns: Array
+    v: Array
+    a: Array
+    shape: tuple[int, ...]
     held: Any
 
 

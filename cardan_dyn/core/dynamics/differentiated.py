@@ -458,6 +458,8 @@ class Samples:
         """What brings rows of a self-stress of size one to that of moments; zero for motion."""
         equations, coordinates = self.equations, self._taped.problem.mechanism.coordinates
         tree, sizes = equations.tree, np.zeros(self._found)
+        if self._moves_alone:
+            return sizes
         lengths = np.repeat([tree.norm_length * tree.length, 1.0], 3)
         sizes[equations.place("wrenches")] = np.tile(lengths, equations.wrenches)
         # No self-stress is in what drives exert: their motion does work on none.

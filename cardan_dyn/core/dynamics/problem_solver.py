@@ -481,14 +481,17 @@ class ProblemSolver(Frozen):
             self.refuse_indeterminate(solution.unique[self.problem.output_indices])
         return solution
 
-    def moved(self, assembled: AssembledPositions, acting: Acting) -> tuple[Array, Array, Array]:
-        """Return coordinates `(N, size)`, velocities and accelerations `(N, nv)`, without forces.
+    def moved(
+        self, assembled: AssembledPositions, acting: Acting, rates: Sequence[int]
+    ) -> tuple[Array, Array, Array]:
+        """Return coordinates `(N, size)`, and velocities and accelerations `(N, k)` of some rates.
 
         Loops are closed to rounding; nothing else is proven.
 
         Args:
             assembled: N samples of this solver, used up as by `solve`.
             acting: how fast the drives move; it broadcasts with the samples.
+            rates: k velocity coordinates.
 
         Raises:
             AccuracyError: numbers overflow.
@@ -497,17 +500,18 @@ class ProblemSolver(Frozen):
         from .inverse_dynamics import refuse_overflow
 
         work, rows = Work(self, assembled, acting), Rows(len(assembled))
+        if len(assembled.spans) > 1 and isinstance(assembled.blocks, InTurn):
+            rows.arrays["x"] = assembled.blocks.given_up()
 
         def put(index: int) -> None:
             found = self.taped.moved(*work.given(index))
-            rows.put(assembled.spans[index], {"x": found.x, "v": found.v, "a": found.a})
+            own = {"x": found.x, "v": found.v[:, rates], "a": found.a[:, rates]}
+            rows.put(assembled.spans[index], own)
 
         in_threads(put, range(len(assembled.spans)))
-        refuse_overflow(
-            {name for name, values in rows.arrays.items() if not np.all(np.isfinite(values))}
-        )
-        x, v, a = (rows.arrays[name] for name in ("x", "v", "a"))
-        return x, v, a
+        every = rows.arrays
+        refuse_overflow({name for name in every if not np.all(np.isfinite(every[name]))})
+        return every["x"], every["v"], every["a"]
 
     def keeps_rates(self, count: int) -> bool:
         """Return whether a sweep of several blocks, of that many samples, keeps its rates."""

@@ -176,7 +176,7 @@ class Equations:
             varied: columns of held joints that differ from sample to sample.
         """
         self.tree, self.roles, self._kind, self._sizes = tree, roles, kind, sizes
-        self._wanted = set() if kind.moves_alone else set(wrenches)
+        self._wanted = set(wrenches)
         moving = {*roles.passives, *roles.drives}
         columns = {
             column
@@ -192,6 +192,8 @@ class Equations:
         self.wrenches = forces
         counts = [sizes[0], rates, rates, rates * len(roles.drives), 6 * forces, rates]
         counts += couplings, couplings
+        if kind.moves_alone:
+            counts[3:] = [0] * len(counts[3:])
         self._singles = singles = len(Found._fields) - 1 - len(counts)
         ends = np.cumsum([singles, *counts]).tolist()
         self.outputs = ends[-1]
@@ -206,7 +208,7 @@ class Equations:
     @property
     def are_stressed(self) -> bool:
         """Whether there is any self-stress of forces that are wanted."""
-        wanted = self._wanted and not self.roles.efforts_alone
+        wanted = self._wanted and not (self.roles.efforts_alone or self._kind.moves_alone)
         return bool(wanted) and any(
             block.is_balanced and len(block.rows) > len(block.passives)
             for block in self.roles.blocks
@@ -274,12 +276,13 @@ class Equations:
         Raises:
             UnsuitableError: see `reactions.closed`.
         """
-        found = solved(self.tree, self.roles, given, order, self._kind.is_closed)
+        kind = self._kind
+        found = solved(self.tree, self.roles, given, order, kind.is_closed, kind.moves_alone)
         error = found.error / self.tree.norm_length
         # Exactly 1 at the greatest that is allowed.
         unstable = greater(found.growth * THRESHOLD, found.narrowness / REGULAR_CONDITION)
         unheld: Scalar = 0.0
-        for number, of_rod in enumerate(() if self._kind.moves_alone else found.unheld, 1):
+        for number, of_rod in enumerate(found.unheld, 1):
             unheld = select(of_rod, float(number), unheld)
         unstable = select(unheld, np.inf, greater(unstable, found.step / _FAR))
         unstable = select(left_out, np.inf, unstable)
@@ -295,6 +298,8 @@ class Equations:
 
     def quantities(self, found: Solved, x: Sequence[Scalar]) -> list[Scalar]:
         """Return the quantities of `Found` in SI units; forces are zero where none is wanted.
+
+        Of the motion alone, what follows accelerations has no rows.
 
         Args:
             found: at the sample.
@@ -312,9 +317,9 @@ class Equations:
         )
         yield (found.v.get(rate, 0.0) * units[rate] for rate in rates)
         yield (found.a.get(rate, 0.0) * units[rate] for rate in rates)
+        if self._kind.moves_alone:
+            return
         drives = [(ratios, units[r]) for ratios, r in zip(found.ratios, roles.drives, strict=True)]
-        if self._kind.moves_alone:  # Rates are wanted then, and no ratios.
-            drives = [({}, unit) for _, unit in drives]
         yield (of.get(r, 0.0) * (units[r] / unit) for r in rates for of, unit in drives)
         yield (
             component
@@ -322,7 +327,7 @@ class Equations:
             for component in _in_si(found, index if index in wanted else -1, length)
         )
         efforts = tree.effort_units.tolist()
-        has_efforts = wanted or (roles.efforts_alone and not self._kind.moves_alone)
+        has_efforts = wanted or roles.efforts_alone
         yield (found.exerted.get(r, 0.0) * efforts[r] if has_efforts else 0.0 for r in rates)
         for moments in (found.couplings, found.rests):
             every = [0.0] * self._sizes[2]

@@ -339,7 +339,7 @@ class TapedSolver:
                 found = closed
             else:
                 found.write(left[lanes], closed.rows.take(lanes, 1))
-            if not opened and len(lanes):
+            if not (opened or kind.moves_alone) and len(lanes):
                 at = closed.x.T
                 if len(holds) > 1:  # Which a single sample would pay for.
                     lanes = lanes[some(len(lanes), SAMPLES)]

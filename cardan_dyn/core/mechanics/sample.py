@@ -302,7 +302,14 @@ class Solved(NamedTuple):
     narrowness: Scalar
 
 
-def solved(tree: Tree, roles: Roles, given: Given, order: Order, is_closed: bool = False) -> Solved:
+def solved(
+    tree: Tree,
+    roles: Roles,
+    given: Given,
+    order: Order,
+    is_closed: bool = False,
+    moves_alone: bool = False,
+) -> Solved:
     """Return all that is found at a sample.
 
     Args:
@@ -311,23 +318,32 @@ def solved(tree: Tree, roles: Roles, given: Given, order: Order, is_closed: bool
         given: what is prescribed.
         order: of the elimination.
         is_closed: whether coordinates are closed already, so that no step is made.
+        moves_alone: whether the motion is wanted without ratios and forces, nor with accelerations
+            of rods that spin idly, which depend on these.
 
     Raises:
         UnsuitableError: see `reactions.closed`.
     """
     guess = Position.of(tree, roles, given.x, given.offsets, order)
     if is_closed:
-        return solved_at(guess, tree, roles, given)
+        return solved_at(guess, tree, roles, given, moves_alone)
     x, step = guess.corrected(tree, roles)
-    found = solved_at(Position.of(tree, roles, x, given.offsets, order), tree, roles, given)
+    position = Position.of(tree, roles, x, given.offsets, order)
+    found = solved_at(position, tree, roles, given, moves_alone)
     return found._replace(step=step, growth=greater(guess.factors.growth, found.growth))
 
 
-def solved_at(position: Position, tree: Tree, roles: Roles, given: Given) -> Solved:
+def solved_at(
+    position: Position, tree: Tree, roles: Roles, given: Given, moves_alone: bool = False
+) -> Solved:
     """Return all that is found at a closed position; arguments and errors as of `solved`."""
-    x, at, factors = position.x, position.at, position.factors
-    ratios = [position.velocities({drive: 1.0}) for drive in roles.drives]
-    v = combined(ratios, given.speeds)
+    at, factors = position.at, position.factors
+    if moves_alone:  # Many drives have one velocity together, and a ratio each.
+        ratios = []
+        v = position.velocities(dict(zip(roles.drives, given.speeds, strict=True)))
+    else:
+        ratios = [position.velocities({drive: 1.0}) for drive in roles.drives]
+        v = combined(ratios, given.speeds)
     known = {
         rate: value
         for rate, value in zip(roles.drives, given.accelerations, strict=True)
@@ -336,33 +352,44 @@ def solved_at(position: Position, tree: Tree, roles: Roles, given: Given) -> Sol
     a = dict(known)
     if any(not is_zero(value) for value in v.values()) or known:
         a = position.accelerations(tree, v, known)
+    found = Solved(
+        position.x,
+        ratios,
+        v,
+        a,
+        wrenches={},
+        fixed={},
+        exerted={},
+        couplings={},
+        rests={},
+        unheld=[],
+        step=0.0,
+        error=position.error,
+        turned=position.turned,
+        growth=factors.growth,
+        narrowness=factors.narrowness,
+    )
+    if moves_alone:
+        return found
     motion = moving(tree, at, v, a, times(given.gravity, -1.0))
     carried = momentum_rates(tree, at, motion, given.factors)
     for link_force in given.link_forces:
         carried.against(link_force.push(at))
     open_tree = carried.passed_on(tree, at)
     loads = tree.beside_rotors(given.loads, a)
-    unheld: list[Scalar] = []
     if tree.spins:
         added, more, unheld = spinning.spun(tree, at, factors, open_tree, loads, given.factors)
         loads = tree.beside_rotors(loads, added)
         a = {rate: a.get(rate, 0.0) + added.get(rate, 0.0) for rate in {**a, **added}}
         open_tree = open_tree.and_also(more)
-    judged = (
-        unheld,
-        0.0,
-        position.error,
-        position.turned,
-        factors.growth,
-        factors.narrowness,
-    )
+        found = found._replace(a=a, unheld=unheld)
     if roles.efforts_alone:
         efforts = _by_virtual_work(tree, at, roles, ratios, open_tree, loads)
-        return Solved(x, ratios, v, a, {}, {}, efforts, {}, {}, *judged)
+        return found._replace(exerted=efforts)
     result = closed(tree, at, factors, open_tree, loads, roles.statics)
     moments, rests = dict(result.couplings), {}
     if tree.gears:
-        open_tree = open_tree.and_also(teeth.pushes(tree, at, x, moments))
+        open_tree = open_tree.and_also(teeth.pushes(tree, at, position.x, moments))
         result = closed(tree, at, factors, open_tree, loads, roles.statics)
         rests = {gear.coupling: result.couplings.get(gear.coupling, 0.0) for gear in tree.gears}
         borne = {coupling: moments.get(coupling, 0.0) for coupling in rests}
@@ -370,7 +397,10 @@ def solved_at(position: Position, tree: Tree, roles: Roles, given: Given) -> Sol
         for coupling, moment in borne.items():
             moments[coupling] = moments.get(coupling, 0.0) + moment
     efforts = _exerted(tree, at, roles, result, loads)
-    return Solved(x, ratios, v, a, *_in_frames(tree, at, result), efforts, moments, rests, *judged)
+    wrenches, fixed = _in_frames(tree, at, result)
+    return found._replace(
+        wrenches=wrenches, fixed=fixed, exerted=efforts, couplings=moments, rests=rests
+    )
 
 
 def stressed_at(position: Position, tree: Tree, roles: Roles) -> Solved:

@@ -1,9 +1,9 @@
 """Transmission: what motors and the joints that they move through loops have to do with each other.
 
 A `way` takes coordinates of one side to those of the other, with all first derivatives: solved by
-sweeps, one of the scene that the actuated drive and one of that which the joints drive, or by
-`polynomials`, which take a microsecond and are `printed` as C. `maps` make of both ways what is
-asked of them, whoever computes them: rates and efforts by virtual work, limits, singular values.
-`transmission` is the one that a scene gives, with its inertia and `borders`, `fitted` that of
-polynomials; `reduced` is the tree that is left of a mechanism without motors and loops.
+sweeps, one of the scene that the actuated drive and one of that which the joints drive, or within
+ranges by `newton`, which takes a microsecond and is `printed` as C. `maps` make of both ways what
+is asked of them, whoever computes them: rates and efforts by virtual work, limits, singular values.
+`transmission` is the one that a scene gives, with its inertia and `borders`, `fitted` that within
+ranges; `reduced` is the tree that is left of a mechanism without motors and loops.
 """

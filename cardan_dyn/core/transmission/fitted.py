@@ -1,4 +1,4 @@
-"""Fitted: both ways of a transmission as polynomials within ranges, with their errors."""
+"""Fitted: both ways of a transmission within ranges, with their errors, also as C."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from pathlib import Path
 import numpy as np
 
 from ...kit.arrays import Array
-from ...kit.checks import file_path, mapping, positive, text, vector, writing
+from ...kit.checks import file_path, mapping, text, vector, writing
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import frozen
 from ..tape import function_name
 from .maps import Maps
-from .polynomials import FitError, FittedWay
+from .newton import FitError, FittedWay
 from .printed import as_file
 from .way import SolvedWay
 
 
 class FittedTransmission(Maps):
-    """A transmission as polynomials, from `Transmission.fitted`; positions beyond are refused.
+    """A transmission within ranges, from `Transmission.fitted`; positions beyond are refused.
 
     Attributes:
         mechanism: name of the mechanism.
         ranges: each coordinate to its least and greatest position [rad or m].
         errors: `joints_of` and `actuated_of` to how far they are off, see `FitError`: the greatest
-            of a thousand positions between those that made them.
+            of a thousand positions within and all corners of the range.
     """
 
     mechanism: str
@@ -67,7 +67,7 @@ class FittedTransmission(Maps):
 
         It has two functions, which return 0 and write `n` positions and `n * n` derivatives row by
         row (none where `jacobian` is 0), or return 1 and write nothing where a position is outside
-        of the range, or no number::
+        of the range, or no number, or loops do not close to rounding::
 
             int transmission_joints_of(const double *actuated, double *joints, double *jacobian);
             int transmission_actuated_of(const double *joints, double *actuated, double *jacobian);
@@ -106,13 +106,9 @@ def fitted(
     name: str,
     ways: tuple[SolvedWay, SolvedWay],
     ranges: tuple[object, object],
-    tolerance: float,
 ) -> FittedTransmission:
-    """Return both ways of a mechanism, by its name, as polynomials; see `Transmission.fitted`."""
-    most = positive("tolerance", tolerance)
-    made = [
-        FittedWay(way, *_range(way, given), most) for way, given in zip(ways, ranges, strict=True)
-    ]
+    """Return both ways of a mechanism, by its name, within ranges; see `Transmission.fitted`."""
+    made = [FittedWay(way, *_range(way, given)) for way, given in zip(ways, ranges, strict=True)]
     return FittedTransmission(name, *made)
 
 

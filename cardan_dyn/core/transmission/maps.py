@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 _ASKED = {
-    "held": "other positions of held joints are another transmission: scene.replace(held={...})"
-    ".transmission(...)",
     "acceleration accelerations": "joints accelerate by jacobian times acceleration of the "
     "actuated, and jacobian_rate times their speed",
     "gravity loads load elements": "efforts are those of motors alone, at rest; a sweep of the "
@@ -51,7 +50,11 @@ class Maps(Frozen):
 
     @hinting(_ASKED)
     def joints_of(
-        self, actuated: ArrayLike, speed: ArrayLike | None = None, effort: ArrayLike | None = None
+        self,
+        actuated: ArrayLike,
+        speed: ArrayLike | None = None,
+        effort: ArrayLike | None = None,
+        held: Mapping[str, ArrayLike] | None = None,
     ) -> Mapped:
         """Return where the actuated coordinates bring the joints.
 
@@ -59,6 +62,8 @@ class Maps(Frozen):
             actuated: positions of the actuated coordinates [rad or m].
             speed: of the actuated coordinates [rad/s or m/s].
             effort: what the motors exert at them [N·m or N], positive in the coordinates' senses.
+            held: held joints to positions in place of those of the scene [rad or m], which
+                broadcast with the others; not where ranges are fitted.
 
         Returns:
             `position` and `speed` of the joints, and the `effort` [N·m or N] that motors right at
@@ -72,11 +77,15 @@ class Maps(Frozen):
             SingularConfigurationError: the actuated do not decide the motion there; or efforts are
                 asked for where they do not move a joint, so that it can take any.
         """
-        return self._forward.mapped(actuated, speed, effort)
+        return self._forward.mapped(actuated, speed, effort, held)
 
     @hinting(_ASKED)
     def actuated_of(
-        self, joints: ArrayLike, speed: ArrayLike | None = None, effort: ArrayLike | None = None
+        self,
+        joints: ArrayLike,
+        speed: ArrayLike | None = None,
+        effort: ArrayLike | None = None,
+        held: Mapping[str, ArrayLike] | None = None,
     ) -> Mapped:
         """Return where the actuated coordinates are while the joints are somewhere.
 
@@ -84,6 +93,7 @@ class Maps(Frozen):
             joints: positions of the joints [rad or m].
             speed: of the joints [rad/s or m/s].
             effort: what motors right at the joints would exert [N·m or N].
+            held: see `joints_of`.
 
         Returns:
             `position`, `speed` and `effort` of the actuated coordinates, see `joints_of`, in the
@@ -92,18 +102,19 @@ class Maps(Frozen):
         Raises:
             CardanError: as `joints_of`, with joints and actuated exchanged.
         """
-        return self._backward.mapped(joints, speed, effort)
+        return self._backward.mapped(joints, speed, effort, held)
 
-    def jacobian(self, actuated: ArrayLike) -> Array:
+    def jacobian(self, actuated: ArrayLike, held: Mapping[str, ArrayLike] | None = None) -> Array:
         """Return J = ∂joints/∂actuated `(..., n, n)`: a row per joint, a column per actuated one.
 
         Args:
             actuated: their positions [rad or m].
+            held: see `joints_of`.
 
         Raises:
             CardanError: as `joints_of`.
         """
-        return self._forward.at(self._actuated(actuated))[1]
+        return self._forward.at(self._actuated(actuated), held)[1]
 
     def singular_values(self, actuated: ArrayLike) -> Array:
         """Return the singular values of J `(..., n)`, the greatest first.

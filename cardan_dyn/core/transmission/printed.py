@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from ..tape import as_c
-from .polynomials import FittedWay
+from .newton import MOST_STEPS, FittedWay
 from .way import Side
 
 
@@ -23,11 +23,11 @@ def as_file(mechanism: str, name: str, ways: Mapping[str, FittedWay]) -> str:
     printed = [
         as_c(program, f"{name}_{kind}_{what}").replace("\nvoid ", "\nstatic void ", 1)
         for kind, way in ways.items()
-        for what, program in (("derivatives", way.program), ("values", way.values))
+        for what, program in way.programs.items()
     ]
     functions = [_function(f"{name}_{kind}", way) for kind, way in ways.items()]
     head = [line for kind, way in ways.items() for line in _told(f"{name}_{kind}", way)]
-    title = f"Transmission of {mechanism}: polynomials, and their derivatives."
+    title = f"Transmission of {mechanism}, by Newton's method."
     lines = [title, "", *head, "It is compiled as C99 or later, and needs no library."]
     told = "\n".join(f"   {line}".rstrip() for line in lines).replace("*/", "* /").strip()
     return "\n".join([f"/* {told} */", "", *printed, *functions])
@@ -36,7 +36,8 @@ def as_file(mechanism: str, name: str, ways: Mapping[str, FittedWay]) -> str:
 def _told(name: str, way: FittedWay) -> Iterator[str]:
     """Yield what the head of the file says of a function."""
     yield f"{_declared(name, way)};"
-    yield "  returns 0; 1 where a position is outside of its range, and then writes nothing."
+    yield "  returns 0; 1 where a position is outside of its range, or loops do not close there,"
+    yield "  and then writes nothing."
     yield f"  {way.given.role}, and between which positions:"
     each = zip(way.given.names, way.low.tolist(), way.high.tolist(), _units(way.given), strict=True)
     for index, (coordinate, low, high, unit) in enumerate(each):
@@ -48,7 +49,7 @@ def _told(name: str, way: FittedWay) -> Iterator[str]:
         f"  jacobian, row by row d {way.found.role} / d {way.given.role}, off by at most "
         f"{way.error.jacobian:.1e};"
     )
-    yield "    0 in its place leaves it out, which takes half the time"
+    yield "    0 in its place leaves it out, which takes less time"
     yield ""
 
 
@@ -68,26 +69,41 @@ def _function(name: str, way: FittedWay) -> str:
     """Return the function that looks at the range first."""
     given, found, count = way.given.role, way.found.role, len(way.low)
     low, high = (", ".join(map(float.hex, ends.tolist())) for ends in (way.low, way.high))
+    closed = way.start.outputs
+    tried = "".join(
+        f"""
+    {name}_start(1, inputs, x);
+    x[{closed}] = HUGE_VAL;
+    for (k = 0; k < {MOST_STEPS}; k++) {{
+        {name}_step_{order}(1, inputs, x);
+        if (!(x[{closed}] <= 1.0))
+            continue;
+        if (jacobian) {{
+            {name}_slopes_{order}(1, inputs, outputs);
+            for (k = 0; k < {count * count}; k++)
+                jacobian[k] = outputs[{count} + k];
+        }} else
+            {name}_values(1, inputs, outputs);
+        for (k = 0; k < {count}; k++)
+            {found}[k] = outputs[k];
+        return 0;
+    }}"""
+        for order in range(len(way.steps))
+    )
     return f"""\
 {_declared(name, way)}
 {{
     static const double low[{count}] = {{{low}}}, high[{count}] = {{{high}}};
-    const double *inputs[{count}];
-    double outputs[{count + count * count}];
+    const double *inputs[{count + closed + 1}];
+    double x[{closed + 1}], outputs[{count + count * count}];
     int k;
     for (k = 0; k < {count}; k++) {{
         if (!({given}[k] >= low[k] && {given}[k] <= high[k]))
             return 1;
         inputs[k] = &{given}[k];
     }}
-    if (jacobian) {{
-        {name}_derivatives(1, inputs, outputs);
-        for (k = 0; k < {count * count}; k++)
-            jacobian[k] = outputs[{count} + k];
-    }} else
-        {name}_values(1, inputs, outputs);
-    for (k = 0; k < {count}; k++)
-        {found}[k] = outputs[k];
-    return 0;
+    for (k = 0; k <= {closed}; k++)
+        inputs[{count} + k] = &x[k];{tried}
+    return 1;
 }}
 """

@@ -15,7 +15,7 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
 from ...kit.frozen import Frozen, frozen
-from ..description.description import Description, JointDescription, kinds_of
+from ..description.description import Description, JointDescription, Limits, kinds_of
 from ..description.write import to_urdf
 from ..mechanics.exact import load
 from ..mechanism.mechanism import Mechanism
@@ -85,8 +85,13 @@ class ReducedTree(Frozen):
         # Rounding may leave less than nothing.
         felt = np.maximum(np.diagonal(inertia), 0.0).tolist()
         armature = dict(zip(names, felt, strict=True))
+        limits = dict(zip(names, _limits(way, joints), strict=True))
         own = [
-            replace(joint, armature=_armature(joint, mechanism, armature))
+            replace(
+                joint,
+                armature=_armature(joint, mechanism, armature),
+                limits=limits.get(joint.name, joint.limits),
+            )
             if joint.name in moving
             else joint
             for joint in description.joints
@@ -161,6 +166,32 @@ def _kept(description: Description, moving: set[str], decided: set[str]) -> set[
             name=min(lost),
         )
     return kept
+
+
+def _limits(way: SolvedWay, joints: Array) -> list[Limits]:
+    """Return the limits of joints, with what motors can do to each at some positions.
+
+    Args:
+        way: from the joints to the actuated.
+        joints: `(n,)`.
+    """
+    _, jacobian = way.at(joints)
+    motors, found = way.found.limits, []
+    for limits, pushes, moves in zip(
+        way.given.limits, np.abs(jacobian).T, np.abs(np.linalg.inv(jacobian)), strict=True
+    ):
+        effort, velocity = (
+            float(sum(by * getattr(of, kind) for by, of in zip(row, motors, strict=True) if by))
+            for kind, row in (("effort", pushes), ("velocity", moves))
+        )
+        found.append(
+            replace(
+                limits,
+                effort=min(limits.effort, effort),
+                velocity=min(limits.velocity, velocity),
+            )
+        )
+    return found
 
 
 def _armature(

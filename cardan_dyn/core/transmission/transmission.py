@@ -178,7 +178,9 @@ class Transmission(Maps):
         """Return the tree that is left without motors, rods and loops, with joints driven directly.
 
         It keeps the links that the joints of the transmission, held and fixed ones carry, from the
-        root on. The inertia of all else along each joint becomes its armature.
+        root on. The inertia of all else along each joint becomes its armature, and the greatest
+        effort and speed that motors give to it its limits, where its own are no less: together,
+        joints have those of `effort_limits` and `speed_limits` alone.
 
         Args:
             joints: their positions at which it does [rad or m]; where the scene starts if None.
@@ -199,7 +201,6 @@ class Transmission(Maps):
         self,
         actuated: Mapping[str, ArrayLike] | None = None,
         joints: Mapping[str, ArrayLike] | None = None,
-        tolerance: float = 1e-12,
     ) -> FittedTransmission:
         """Return functions that do the same within ranges, a microsecond a call.
 
@@ -207,18 +208,17 @@ class Transmission(Maps):
             actuated: actuated coordinates to their least and greatest positions [rad or m]; what is
                 left out has the limits of the description.
             joints: likewise the joints.
-            tolerance: greatest error of positions [rad or m].
 
         Raises:
             ModelError: no such coordinate.
             ArgumentError: a range is missing, or is none.
-            AccuracyError: the tolerance is not reached.
+            AccuracyError: Newton's method does not lead everywhere in the ranges.
             CardanError: as `joints_of` and `actuated_of`, somewhere in the ranges.
         """
         from .fitted import fitted
 
         name = self._forward.problem.mechanism.name
-        return fitted(name, (self._forward, self._backward), (actuated, joints), tolerance)
+        return fitted(name, (self._forward, self._backward), (actuated, joints))
 
     def write_c(
         self,
@@ -227,12 +227,11 @@ class Transmission(Maps):
         *,
         actuated: Mapping[str, ArrayLike] | None = None,
         joints: Mapping[str, ArrayLike] | None = None,
-        tolerance: float = 1e-12,
     ) -> Path:
         """Write both ways as a file of C99, see `fitted` and `FittedTransmission.write_c`."""
         from .fitted import write_c
 
-        return write_c(path, name, lambda: self.fitted(actuated, joints, tolerance))
+        return write_c(path, name, lambda: self.fitted(actuated, joints))
 
 
 def _coordinates(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kit.arrays import Array
-from ...kit.checks import numbers
+from ...kit.checks import mapping, numbers
 from ...kit.errors import (
     ArgumentError,
     AssemblyError,
@@ -93,11 +93,12 @@ class Way(ABC):
         self.given, self.found = given, found
 
     @abstractmethod
-    def at(self, position: Array) -> tuple[Array, Array]:
+    def at(self, position: Array, held: object = None) -> tuple[Array, Array]:
         """Return what coordinates lead to, and its derivatives.
 
         Args:
             position: `(..., n)` of the given side [rad or m].
+            held: held joints to other positions, which broadcast with `(...)`.
 
         Returns:
             `(..., n)`, and `(..., n, n)`: rows are those of the found side.
@@ -106,11 +107,14 @@ class Way(ABC):
             CardanError: a position is out of reach, or out of range.
         """
 
-    def mapped(self, position: object, speed: object = None, effort: object = None) -> Mapped:
+    def mapped(
+        self, position: object, speed: object = None, effort: object = None, held: object = None
+    ) -> Mapped:
         """Return what is known of the given side on the other one, see `Maps.joints_of`."""
         of = self.given
         at = of.rows(of.role, position)
-        values, jacobian = self.at(at)
+        values, jacobian = self.at(at, held)
+        at = np.broadcast_to(at, values.shape)
         moving = forces = None
         if speed is not None:
             rates = of.rows("speed", speed)
@@ -203,6 +207,7 @@ class SolvedWay(Way):
         speed: Array | float = 0.0,
         acceleration: Array | float = 0.0,
         *,
+        held: object = None,
         gravity: object = None,
         inertia: object = None,
     ) -> Sweep:
@@ -211,23 +216,24 @@ class SolvedWay(Way):
         acting = acting_on(problem, speed, acceleration, None, gravity, inertia, 0.0)
         shape = np.broadcast_shapes(position.shape, np.shape(speed), np.shape(acceleration))
         with np.errstate(over="ignore", invalid="ignore"):
-            targets = targets_of(problem, np.broadcast_to(position, shape), None)
-            self.solver.refuse_too_many(targets.size)
-            assembled = self.solver.assembled_in_turn(targets, False)
-            return sweep_of(self.solver, assembled, acting)
+            targets = targets_of(problem, np.broadcast_to(position, shape), held)
+            solver = self.solver.of_varied(targets.varied)
+            solver.refuse_too_many(targets.size)
+            return sweep_of(solver, solver.assembled_in_turn(targets, False), acting)
 
-    def at(self, position: Array) -> tuple[Array, Array]:
+    def at(self, position: Array, held: object = None) -> tuple[Array, Array]:
         """See `Way.at`.
 
         Loops that close are not enough where the found side moves the mechanism: between its start
         and a position it may have to pass a singular configuration, and go another way from there.
         """
-        values, jacobian = self._solved(position)
+        values, jacobian = self._solved(position, held)
         if self.forth is None:
             return values, jacobian
+        position = np.broadcast_to(position, values.shape)
         cause, lost = None, np.zeros(position.shape[:-1], dtype=bool)
         try:
-            again, _ = self.forth._solved(values)
+            again, _ = self.forth._solved(values, held)
             lost = np.max(np.abs(again - position) / self.given.units, axis=-1) > MOVES
         except (AssemblyError, SingularConfigurationError) as error:
             cause = error
@@ -249,9 +255,11 @@ class SolvedWay(Way):
         """Positions of the given side `(n,)` where the scene starts."""
         return np.array([self.problem.near[name] for name in self.given.names])
 
-    def _solved(self, position: Array) -> tuple[Array, Array]:
+    def _solved(self, position: Array, held: object = None) -> tuple[Array, Array]:
         """Return what `at` does, wherever it is."""
-        motion, shape = self.sweep(position).motion, position.shape
+        motion = self.sweep(position, held=held).motion
+        others = mapping("held", held).values()
+        shape = np.broadcast_shapes(position.shape, *((*np.shape(each), 1) for each in others))
         names, drives = self.found.names, range(shape[-1])
         values = np.stack([motion.position(name) for name in names], axis=-1)
         ratios = [np.stack([motion.ratio(name, k) for k in drives], axis=-1) for name in names]

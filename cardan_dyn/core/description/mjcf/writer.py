@@ -117,7 +117,9 @@ class _MjcfWriter:
         model, actuator = Element("mujoco", model=description.name), Element("actuator")
         for joint in description.joints:
             if joint.name in description.independent_joints and joint.type in SINGLE_TYPES:
-                SubElement(actuator, "motor", joint=joint.name)
+                most = joint.limits.effort
+                ends = {"ctrlrange": words((-most, most))} if np.isfinite(most) else {}
+                SubElement(actuator, "motor", {"joint": joint.name, **ends})
         SubElement(model, "compiler", angle="radian", autolimits="true")
         gravity = "0 0 0" if description.gravity is None else words(description.gravity)
         SubElement(model, "option", gravity=gravity)
