@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from .linear_model import LinearModel
     from .plan import Plan
     from .task_motion import TaskMotion
+    from .task_simulation import TaskTrajectory
     from .task_sweep import TaskSweep
     from .tasks import Task
 
@@ -202,11 +203,6 @@ class Scene(Prescribed):
         effort_weights: Mapping[str, float] | None = None,
     ) -> None:
         has_task = task is not None or actuated is not None
-        if has_task and free:
-            raise MobilityError(
-                "free: a task says how all of the mechanism moves, so that nothing is free; leave "
-                "free out, or drive coordinates and leave the task out"
-            )
         if task is not None and drive is not None:
             raise ArgumentError(
                 "drive and task both say what moves as given: name driven coordinates among the "
@@ -217,7 +213,11 @@ class Scene(Prescribed):
                 "actuated says which joints carry the effort of a motion that is given elsewhere: "
                 "say what moves as given, task=[...], or name the joints in drive"
             )
-        if has_task and actuated is None and not getattr(mechanism, "independent_joints", True):
+        if (
+            has_task
+            and actuated is None
+            and (free or not getattr(mechanism, "independent_joints", True))
+        ):
             raise MobilityError(
                 f"{mechanism.name}: name the joints whose efforts make the motion of the task, "
                 f"actuated=[...]; joints: {choices(mechanism.drivable)}"
@@ -999,7 +999,7 @@ class TaskScene(Scene):
         problem = replace(problem, listed=True)
         solver = next(solvers(problem, None if like is None else like.machine))
         tasks = listed(problem.mechanism, task)
-        self._take_moved(TaskMotion(solver, tasks, problem.independent, weights, like))
+        self._take_moved(TaskMotion(solver, tasks, problem.drives, weights, like))
 
     def _take_moved(self, moved: TaskMotion) -> None:
         self._moved, self.machine = moved, Scene._of(moved.machine)
@@ -1023,7 +1023,7 @@ class TaskScene(Scene):
         if not changes.keys() & {"actuated", "mechanism"}:
             own["effort_weights"] = self.effort_weights
         own |= {name: changes.pop(name) for name in _OF_TASKS & changes.keys()}
-        if own["task"] is None or changes.keys() & {"drive", "free"}:
+        if own["task"] is None or "drive" in changes:
             return self.machine.replace(**changes)
         problem = self.machine._changed({"drive": own["actuated"], **changes})
         scene = object.__new__(TaskScene)
@@ -1100,17 +1100,35 @@ class TaskScene(Scene):
             )
         return self._moved.range()
 
+    def simulate(self, duration: float, *, motion: Any = None, **asked: Any) -> TaskTrajectory:
+        """Simulate how free coordinates move while the task moves as given.
+
+        Actuated joints exert what the task asks for, and free coordinates move as what acts on
+        them, and the motion of the others, makes them.
+
+        Args:
+            duration: see `Scene.simulate`, as all other arguments.
+            motion: each row of the task to its motion, see there.
+            asked: other arguments of `Scene.simulate`.
+
+        Raises:
+            CardanError: as `Scene.simulate`; `SimulationError` also where the task ends its reach,
+                or actuated joints cannot make it move.
+        """
+        from .task_simulation import simulate_task  # Most scripts simulate nothing.
+
+        return simulate_task(self._moved, self.loads, motion, duration=duration, **asked)
+
     def _of_machine(self, *_: object, **__: object) -> NoReturn:
         """Refuse what is known of drives alone."""
         raise MobilityError(
             "this is known of drives alone, and here other joints are actuated than move as given: "
             "scene.machine is the same mechanism driven by its actuated joints, and a scene with "
-            "drive= alone that of the coordinates themselves. What is given in time needs no "
-            "simulation: scene.sweep(position, speed, acceleration, time=t)",
+            "drive= alone that of the coordinates themselves",
             mobility=len(self.drives),
         )
 
-    simulate = equilibrium = response = responses = load_response = _of_machine
+    equilibrium = response = responses = load_response = _of_machine
     jacobian = mass_matrix = bias = regressor = linear = transmission = _of_machine
 
 

@@ -63,13 +63,14 @@ class TaskMotion(Frozen):
     Attributes:
         machine: solves the mechanism, driven by its actuated joints.
         tasks: the tasks.
-        rows: names of their rows, in the order of positions.
+        rows: names of their rows, in the order of positions, and of free coordinates, of which
+            sweeps are given the positions as well.
         actuated: names of the joints that carry the effort.
         weights: by how much the square of each effort counts.
+        follower: solves the mechanism with what follows the tasks, which drives it.
     """
 
     _blocks: list[Block]
-    _follower: ProblemSolver
 
     def __init__(
         self,
@@ -95,11 +96,16 @@ class TaskMotion(Frozen):
         self.machine, self.tasks, self.actuated = machine, tasks, actuated
         self.weights = _weights(machine.problem.mechanism, actuated, weights)
         if like and like.tasks == tasks and like.machine.assembly is machine.assembly:
-            self._blocks, self._follower = like._blocks, like._follower
+            self._blocks, self.follower = like._blocks, like.follower
         else:
-            self._blocks, self._follower = _followed(machine, tasks)
+            self._blocks, self.follower = _followed(machine, self.given)
         self.rows = tuple(name for block in self._blocks for name in block.rows)
         self._freeze()
+
+    @property
+    def given(self) -> tuple[Task, ...]:
+        """All that sweeps are given: the tasks, and free coordinates."""
+        return *self.tasks, *self.machine.problem.free
 
     def __reduce__(self) -> tuple[object, ...]:
         return TaskMotion, (self.machine, self.tasks, self.actuated, self.weights)
@@ -141,15 +147,15 @@ class TaskMotion(Frozen):
         given, reached = self._values("position", position), np.array(False)
         for other in (False, True)[: 1 + self._has_pose]:
             columns = self._columns(given, False, other)
-            targets = targets_of(self._follower.problem, columns, held)
-            solver = self._follower.of_varied(targets.varied)
+            targets = targets_of(self.follower.problem, columns, held)
+            solver = self.follower.of_varied(targets.varied)
             reached = reached | solver.assembly.reachable(targets).reshape(targets.shape)
         return reached
 
     def range(self) -> tuple[float, float]:
         """Return between which positions the only row can move, see `Scene.motion_range`."""
         ((start,),) = (block.start for block in self._blocks)
-        low, high = self._follower.assembly.motion_range()
+        low, high = self.follower.assembly.motion_range()
         return low + float(start), high + float(start)
 
     def _machines(self) -> Iterator[ProblemSolver]:
@@ -166,13 +172,13 @@ class TaskMotion(Frozen):
         self, position: object, speed: object, acceleration: object, held: object, along_path: bool
     ) -> Followed:
         """Return how the mechanism follows rows of the task; arguments as of `sweep`."""
-        problem = self._follower.problem
+        problem = self.follower.problem
         given = self._values("position", position)
         rates = self._values("speed", speed), self._values("acceleration", acceleration)
         acting = problem.acting
         if any(map(np.any, rates)):
             every = [
-                block.rates(*(values[..., own] for values in rates)) for block, own in self._spans()
+                block.rates(*(values[..., own] for values in rates)) for block, own in self.spans()
             ]
             acting = acting_on(problem, *map(_joined, zip(*every, strict=True)))
         columns = self._columns(given, along_path)
@@ -180,7 +186,7 @@ class TaskMotion(Frozen):
         shape = common_shape({"position": targets.shape, **acting.shapes})
         targets = targets.expanded(shape)
         self.machine.refuse_too_many(targets.size)
-        solver = self._follower.of_varied(targets.varied)
+        solver = self.follower.of_varied(targets.varied)
 
         def moved(targets: Targets) -> tuple[AssembledPositions, Array, Array, Array]:
             assembled = solver.assembled_in_turn(targets, along_path)
@@ -200,21 +206,21 @@ class TaskMotion(Frozen):
                 targets = targets_of(problem, columns, held)
                 assembled, x, v, a = moved(targets)
         except (AssemblyError, SingularConfigurationError) as error:
-            raise self._told(error, given, targets) from error
+            raise self.told(error, given, targets) from error
         ratios = VelocityRatios(np.zeros((len(x), 0)), np.zeros((0, 0), dtype=int))
         where = x, assembled.turns, (v, a, ratios), targets.shape
         motion = Motion(problem.mechanism, problem.independent, *where)
         followed = Swept(solver, acting, motion, np.zeros((0, 6)), {})
         condition = partial(_condition, solver, assembled, x)
         return Followed(
-            Given(self.tasks, self.rows, given, *rates, condition, followed), motion, held
+            Given(self.given, self.rows, given, *rates, condition, followed), motion, held
         )
 
-    def _told(
+    def told(
         self, error: AssemblyError | SingularConfigurationError, given: Array, targets: Targets
     ) -> CardanError:
         """Return an error of the follower in terms of the rows `(..., m)` that were given."""
-        sample, count = error.sample, len(self._follower.problem.independent)
+        sample, count = error.sample, len(self.follower.problem.independent)
         mechanism = self.machine.problem.mechanism
         if sample is None:
             return error
@@ -245,7 +251,7 @@ class TaskMotion(Frozen):
             **details,
         )
 
-    def _spans(self) -> Iterator[tuple[Block, slice]]:
+    def spans(self) -> Iterator[tuple[Block, slice]]:
         """Yield blocks, and which rows are theirs."""
         first = 0
         for block in self._blocks:
@@ -260,7 +266,7 @@ class TaskMotion(Frozen):
     def _columns(self, given: Array, along_path: bool, other: bool = False) -> Array:
         """Return positions of the follower's drives `(..., d)` of rows, see `Block.positions`."""
         return _joined(
-            [block.positions(given[..., own], along_path, other) for block, own in self._spans()]
+            [block.positions(given[..., own], along_path, other) for block, own in self.spans()]
         )
 
     def _rows_at(self, columns: Array) -> Array:
@@ -288,7 +294,7 @@ class TaskMotion(Frozen):
     @cached_property
     def _both(self) -> tuple[Array, Array]:
         """Columns of the coordinates of the mechanism, and of those of the follower's."""
-        mechanism, other = self.machine.problem.mechanism, self._follower.problem.mechanism
+        mechanism, other = self.machine.problem.mechanism, self.follower.problem.mechanism
         both = [
             np.concatenate([np.r_[each.coordinates.columns[name]] for name in mechanism.joints])
             for each in (mechanism, other)
@@ -446,7 +452,7 @@ def solvers(problem: Problem, like: ProblemSolver | None = None) -> Iterator[Pro
         yield ProblemSolver(problem, like)
         return
     except MobilityError as error:
-        if error.mobility is None or error.mobility >= len(actuated):
+        if problem.free or error.mobility is None or error.mobility >= len(actuated):
             raise
         refused: CardanError = error
         mobility = error.mobility

@@ -257,10 +257,12 @@ def _model(setup: Setup) -> ConstrainedModel:
     problem = setup.solver.problem
     coordinates = problem.mechanism.coordinates
     rates = coordinates.rates_of((*setup.motions, *problem.held))
-    mechanism = with_free_balls(problem.mechanism, rates, setup.forces.bodies)
+    carried = coordinates.rates_of(setup.carried)
+    mechanism = with_free_balls(problem.mechanism, [*rates, *carried], setup.forces.bodies)
     x = mechanism.row(setup.x) if isinstance(mechanism, WithBalls) else setup.x
     independent = coordinates.rates_of(problem.independent)
-    return ConstrainedModel(mechanism, rates, problem.gravity, x, independent)
+    resting = [*carried, *coordinates.rates_of(problem.held)] if carried else None
+    return ConstrainedModel(mechanism, rates, problem.gravity, x, independent, resting)
 
 
 class _End(NamedTuple):

@@ -52,6 +52,7 @@ class Setup:
         progress: shows how far it got.
         settle: whether fast modes rest at the start.
         max_touches: of pins in their bushes, after which it ends.
+        carried: joints whose efforts make the prescribed drives move; none if these do so.
         notes: what is known of it before it begins.
     """
 
@@ -70,6 +71,7 @@ class Setup:
     progress: Progress
     settle: bool
     max_touches: int
+    carried: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -107,7 +109,7 @@ class Setup:
         return self.duration / _FEWEST_STEPS if has_functions else np.inf
 
 
-def _with_all_loops(solver: ProblemSolver) -> ProblemSolver:
+def with_all_loops(solver: ProblemSolver) -> ProblemSolver:
     """Return the solver that closes all loops, and keeps the outputs where they need all."""
     decided = set(solver.assembly.decided.tolist())
     if decided.issuperset(solver.problem.passive_columns.tolist()):
@@ -145,13 +147,16 @@ def setup_of(
     events: Any = (),
     max_touches: Any = 100_000,
     progress: Any = None,
+    carried: tuple[str, ...] = (),
 ) -> Setup:
     """Return a simulation after all its arguments were checked, but for the method.
+
+    But for `carried`, see `Setup`, these are those of `Scene.simulate`.
 
     Raises:
         ArgumentError, ModelError, AssemblyError, SingularConfigurationError: see `Scene.simulate`.
     """
-    solver = _with_recorded_contacts(_with_all_loops(scene_solver))
+    solver = _with_recorded_contacts(with_all_loops(scene_solver))
     problem = solver.problem
     duration = positive("duration", duration)
     if duration < _BRIEFEST:
@@ -197,6 +202,7 @@ def setup_of(
         progress=Progress(progress, duration),
         settle=flag("settle", settle),
         max_touches=whole("max_touches", max_touches),
+        carried=carried,
         notes=tuple(notes_of_rounding(rounding, rtol)),
     )
 
