@@ -70,6 +70,7 @@ class TaskMotion(Frozen):
         follower: solves the mechanism with what follows the tasks, which drives it.
     """
 
+    follower: ProblemSolver
     _blocks: list[Block]
 
     def __init__(
@@ -206,7 +207,10 @@ class TaskMotion(Frozen):
                 targets = targets_of(problem, columns, held)
                 assembled, x, v, a = moved(targets)
         except (AssemblyError, SingularConfigurationError) as error:
-            raise self.told(error, given, targets) from error
+            if (sample := error.sample) is None:
+                raise
+            asked = flat(given, targets.shape, trailing=1)[sample]
+            raise self.told(error, asked, f" (sample {sample} of {targets.size})") from error
         ratios = VelocityRatios(np.zeros((len(x), 0)), np.zeros((0, 0), dtype=int))
         where = x, assembled.turns, (v, a, ratios), targets.shape
         motion = Motion(problem.mechanism, problem.independent, *where)
@@ -217,15 +221,11 @@ class TaskMotion(Frozen):
         )
 
     def told(
-        self, error: AssemblyError | SingularConfigurationError, given: Array, targets: Targets
+        self, error: AssemblyError | SingularConfigurationError, asked: Array, where: str
     ) -> CardanError:
-        """Return an error of the follower in terms of the rows `(..., m)` that were given."""
-        sample, count = error.sample, len(self.follower.problem.independent)
-        mechanism = self.machine.problem.mechanism
-        if sample is None:
-            return error
-        asked = flat(given, targets.shape, trailing=1)[sample]
-        which = f"{as_text(asked)} (sample {sample} of {targets.size})"
+        """Return an error of the follower in terms of the rows `(m,)` that were given somewhere."""
+        count, mechanism = len(self.follower.problem.independent), self.machine.problem.mechanism
+        which = f"{as_text(asked)}{where}"
         # What follows the tasks is no business of users.
         own = {"position": as_position(asked), "reach": None, "finding": "", "hint": ""}
         details = {**error.details, **own}
@@ -240,7 +240,7 @@ class TaskMotion(Frozen):
             )
         nearest, reached = error.nearest, ""
         if nearest is not None:
-            nearest = self._rows_at(np.atleast_1d(nearest)[:count])
+            nearest = self.rows_at(np.atleast_1d(nearest)[:count])
             reached = (
                 f"; on the straight way there the nearest that was reached is {as_text(nearest)}"
             )
@@ -269,7 +269,7 @@ class TaskMotion(Frozen):
             [block.positions(given[..., own], along_path, other) for block, own in self.spans()]
         )
 
-    def _rows_at(self, columns: Array) -> Array:
+    def rows_at(self, columns: Array) -> Array:
         """Return rows `(m,)` at positions `(d,)` of the follower's drives."""
         counts = np.cumsum([len(block.drives) for block in self._blocks])
         parts = zip(self._blocks, np.split(columns, counts[:-1]), strict=True)
@@ -452,8 +452,15 @@ def solvers(problem: Problem, like: ProblemSolver | None = None) -> Iterator[Pro
         yield ProblemSolver(problem, like)
         return
     except MobilityError as error:
-        if problem.free or error.mobility is None or error.mobility >= len(actuated):
+        if error.mobility is None or error.mobility >= len(actuated):
             raise
+        if problem.free:
+            raise MobilityError(
+                f"{problem.mechanism.name}: {choices(problem.drives)} are actuated, more than "
+                f"decide the motion beside what is free ({choices(problem.free)}), so that no law "
+                f"says how they share their efforts; actuate {error.mobility - len(problem.free)}",
+                mobility=error.mobility,
+            ) from error
         refused: CardanError = error
         mobility = error.mobility
     first, found = actuated[:1], False

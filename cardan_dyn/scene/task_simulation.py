@@ -7,7 +7,7 @@ whose efforts, found from its own laws of motion, prove it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -16,10 +16,10 @@ import numpy as np
 
 from ..core.dynamics.problem_solver import ProblemSolver
 from ..core.elements.pin_contact import PinContact
-from ..core.mechanism.mechanism import Mechanism
-from ..core.problem.arguments import split_loads
+from ..core.problem.arguments import by_coordinate, split_loads
+from ..core.problem.coordinate_names import check_single
 from ..kit.arrays import Array
-from ..kit.checks import positive
+from ..kit.checks import mapping, positive
 from ..kit.errors import (
     ArgumentError,
     AssemblyError,
@@ -29,15 +29,15 @@ from ..kit.errors import (
     choices,
 )
 from ..kit.frozen import frozen, read_only
-from ..motion.simulation.prescribed_motion import begun_at, prescribed_motions
+from ..motion.simulation.continuity import States
+from ..motion.simulation.prescribed_motion import begun_at, prescribed_motion
 from ..motion.simulation.runs import Rows, Run
 from ..motion.simulation.setup import forces_of, with_all_loops
 from ..motion.simulation.simulate import simulated
-from ..motion.simulation.trajectory import Course, Trajectory
+from ..motion.simulation.system import Motion
+from ..motion.simulation.trajectory import Trajectory
 from .task_motion import TaskMotion
-from .tasks import Task, missed
-
-_Motion = Callable[[float], tuple[float, float, float]]
+from .tasks import missed
 
 
 def simulate_task(
@@ -65,9 +65,11 @@ def simulate_task(
             "pins with clearance are not simulated while a task moves as given: drive the "
             "actuated joints instead, scene.machine.simulate"
         )
-    motions, _ = prescribed_motions(
-        rows, problem.free, motion, positive("duration", asked["duration"])
-    )
+    motions = _motions(rows, motion, positive("duration", asked["duration"]))
+    for label in {"position", "speed"} & asked.keys():
+        if isinstance(asked[label], Mapping):
+            for name in by_coordinate(problem.mechanism, label, asked[label]):
+                check_single(problem.mechanism, name, f"a key of {label},")
     starts: dict[str, float] = {}
     for block, _ in moved.spans():
         if block.turned is not None:
@@ -76,6 +78,7 @@ def simulate_task(
                 "by a PointTask and a DirectionTask, or the motion of all coordinates to sweep"
             )
         starts |= dict(zip(block.rows, block.start.tolist(), strict=True))
+    starts = {name: starts[name] for name in rows}
     given = begun_at(motions, starts)
     follower = moved.follower
     loads = split_loads(follower.problem.mechanism, loads_of_scene)
@@ -92,26 +95,11 @@ def simulate_task(
 
     def of_machine(found: Trajectory) -> TaskTrajectory:
         course = found._course
-        run = _OfMachine(course.run, *_common(machine, follower))
+        run = _OfMachine(course.run, moved, starts)
         x, v = course.start
-        return TaskTrajectory(
-            TaskCourse(
-                **{
-                    **course.__getstate__(),
-                    "setup": replace(
-                        course.setup,
-                        solver=machine,
-                        forces=forces,
-                        motions=dict.fromkeys(moved.actuated),
-                    ),
-                    "run": run,
-                    "start": (x[run.columns], v[run.rates]),
-                },
-                tasks=moved.tasks,
-                motions=given,
-            ),
-            found.time,
-        )
+        setup = replace(course.setup, solver=machine, forces=forces)
+        start = x[run.columns], v[run.rates]
+        return TaskTrajectory(replace(course, setup=setup, run=run, start=start), found.time)
 
     # What follows a task counts from where the scene starts.
     shifted = {name: _Shifted(item, starts[name]) for name, item in given.items()}
@@ -120,25 +108,43 @@ def simulate_task(
             ProblemSolver(of_follower, follower),
             motion=shifted,
             carried=moved.actuated,
+            known=problem.mechanism.coordinates.named,
             **asked,
         )
     except SimulationError as error:
+        ended: Any = error.trajectory
         raise SimulationError(
-            f"{error}; rows of the task are {_rows_at(given, error.time)} there: it may be at the "
-            "end of its reach, or actuated joints may lose hold of it",
-            trajectory=of_machine(error.trajectory),
+            f"{error}; the task is at {_rows_at(given, error.time)}",
+            trajectory=of_machine(ended),
             time=error.time,
         ) from error
     except (AssemblyError, SingularConfigurationError) as error:
-        raise type(error)(
-            f"rows of the task are {_rows_at(given, 0.0)} at time 0, which the mechanism does not "
-            f"reach from where the scene starts: {error}",
-            **{**error.details, "finding": "", "hint": ""},
-        ) from error
+        if error.position is None:
+            raise SingularConfigurationError(
+                f"the task cannot begin where it is, {_rows_at(given, 0.0)}: {error}"
+            ) from error
+        begun = moved.rows_at(np.atleast_1d(error.position))
+        raise moved.told(error, begun, ", where it begins") from error
     return of_machine(found)
 
 
-def _rows_at(motions: Mapping[str, _Motion], time: float) -> str:
+def _motions(rows: tuple[str, ...], given: Any, duration: float) -> dict[str, Motion]:
+    """Return how rows of a task move, see `Scene.simulate`."""
+    given = mapping("motion", given)
+    for name in given:
+        if name not in rows:
+            raise ArgumentError(
+                f"motion[{name!r}]: it is no row of the task; rows: {choices(rows, name)}"
+            )
+    if missing := [name for name in rows if name not in given]:
+        raise ArgumentError(
+            f"motion: nothing says how {choices(missing)} of the task move; give "
+            f"motion={{{missing[0]!r}: ...}}"
+        )
+    return {name: prescribed_motion(name, given[name], duration) for name in rows}
+
+
+def _rows_at(motions: Mapping[str, Motion], time: float) -> str:
     return ", ".join(f"{name} = {item(time)[0]:.6g}" for name, item in motions.items())
 
 
@@ -146,7 +152,7 @@ def _rows_at(motions: Mapping[str, _Motion], time: float) -> str:
 class _Shifted:
     """How a row of a task moves from where the scene starts."""
 
-    motion: _Motion
+    motion: Motion
     start: float
 
     def __call__(self, time: float) -> tuple[float, float, float]:
@@ -154,31 +160,41 @@ class _Shifted:
         return position - self.start, speed, acceleration
 
 
-def _common(machine: ProblemSolver, follower: ProblemSolver) -> tuple[Array, Array]:
-    """Return where coordinates and velocities of a machine are among those of its follower."""
-    own, other = (
-        solver.problem.mechanism.coordinates for solver in (machine, follower)
-    )
-    columns, rates = np.zeros((2, own.size), dtype=int)
-    rates = np.zeros(len(own.rate_scale), dtype=int)
-    for name, span in own.columns.items():
-        columns[span] = np.r_[other.columns[name]]
-    for name, span in own.velocity_columns.items():
-        rates[span] = np.r_[other.velocity_columns[name]]
-    return columns, rates
-
-
 class _OfMachine:
-    """A run of a follower, as one of its machine; see `Run`."""
+    """A run of what follows tasks, as one of the machine; see `Run`.
 
-    def __init__(self, run: Run, columns: Array, rates: Array) -> None:
-        self._run, self.columns, self.rates = run, columns, rates
+    Attributes:
+        columns, rates: where the machine's coordinates and velocities are among the follower's.
+        tasks: the tasks.
+        names: of their rows.
+    """
+
+    def __init__(self, run: Run, moved: TaskMotion, starts: Mapping[str, float]) -> None:
+        """Take a run.
+
+        Args:
+            run: of the follower.
+            moved: how the tasks are followed.
+            starts: rows of the tasks to what they are where the follower's coordinates are zero.
+        """
+        self._run, self.tasks, self.names = run, moved.tasks, tuple(starts)
         self.times, self.period, self.is_exact = run.times, run.period, run.is_exact
+        own, other = (
+            solver.problem.mechanism.coordinates for solver in (moved.machine, moved.follower)
+        )
+        self.columns = np.zeros(own.size, dtype=int)
+        self.rates = np.zeros(own.rate_scale.size, dtype=int)
+        for name, span in own.columns.items():
+            self.columns[span] = np.r_[other.columns[name]]
+        for name, span in own.velocity_columns.items():
+            self.rates[span] = np.r_[other.velocity_columns[name]]
+        self._starts = np.array([*starts.values()])
+        self._rows = other.columns_of(self.names), other.rates_of(self.names)
 
     @property
     def boundless(self) -> frozenset[int]:
         """See `Run.boundless`."""
-        own = {int(rate): index for index, rate in enumerate(self.rates)}
+        own = {rate: index for index, rate in enumerate(self.rates.tolist())}
         return frozenset(own[rate] for rate in self._run.boundless if rate in own)
 
     def late(self, times: Array) -> Array:
@@ -188,25 +204,18 @@ class _OfMachine:
     def drives_alone(self, times: Array) -> None:
         """See `Run.drives_alone`."""
 
-    def rows(self, times: Array, drives: Any = None) -> Rows:
+    def rows(self, times: Array, drives: States | None = None) -> Rows:
         """See `Run.rows`."""
         rows = self._run.rows(times)
         exist = None if rows.exist is None else rows.exist[:, self.rates]
         x, turns = rows.x[:, self.columns], rows.turns[:, self.columns]
         return Rows(x, turns, rows.v[:, self.rates], rows.a[:, self.rates], exist)
 
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class TaskCourse(Course):
-    """How a simulation of a task went, see `Course`.
-
-    Attributes:
-        tasks: the tasks.
-        motions: their rows to how they move.
-    """
-
-    tasks: tuple[Task, ...]
-    motions: Mapping[str, _Motion]
+    def given(self, times: Array) -> States:
+        """Return how rows of the tasks move at times `(N,)`."""
+        rows, (columns, rates) = self._run.rows(times), self._rows
+        turned = rows.x[:, columns] + 2.0 * np.pi * rows.turns[:, columns]
+        return States(turned + self._starts, rows.v[:, rates], rows.a[:, rates])
 
 
 class TaskTrajectory(Trajectory):
@@ -216,41 +225,40 @@ class TaskTrajectory(Trajectory):
     given is `actuated_effort`, and the task itself carries nothing.
     """
 
-    _course: TaskCourse
+    _run: _OfMachine
 
     @property
     def rows(self) -> tuple[str, ...]:
         """Names of the rows of the task."""
-        return tuple(self._course.motions)
+        return self._run.names
 
     @cached_property
-    def _given(self) -> Array:
-        motions = self._course.motions.values()
-        return np.array([[item(time) for item in motions] for time in self.time.tolist()])
+    def _given(self) -> States:
+        return self._run.given(self.time)
 
     @property
     def task_position(self) -> Array:
         """Positions of the rows `(N, k)` [rad or m]; `(N,)` of a single one."""
-        return _squeezed(self._given[..., 0])
+        return _squeezed(self._given.x)
 
     @property
     def task_speed(self) -> Array:
         """Their speeds [rad/s or m/s], like `task_position`."""
-        return _squeezed(self._given[..., 1])
+        return _squeezed(self._given.v)
 
     @property
     def task_acceleration(self) -> Array:
         """Their accelerations [rad/s² or m/s²], likewise."""
-        return _squeezed(self._given[..., 2])
+        return _squeezed(self._given.a)
 
     @cached_property
     def task_residual(self) -> float:
         """Greatest error of the rows, see `TaskSweep.task_residual`."""
-        return missed(self._course.tasks, self._given[..., 0], self)
+        return missed(self._run.tasks, self._given.x, self)
 
     @cached_property
     def actuated_effort(self) -> Mapping[str, Array]:
-        """Actuated joint to its effort `(N,)` [N·m or N]; raises what `sweep` raises."""
+        """Actuated joint to its effort `(N,)` [N·m or N]; reading it raises what `sweep` does."""
         efforts = self.drive_effort.reshape(len(self), -1)
         return frozen(
             {name: read_only(efforts[:, self.coordinates.index(name)]) for name in self._prescribed}

@@ -281,7 +281,8 @@ class ConstrainedChain:
             prescribed: velocity coordinates of the mechanism that are driven or held.
             gravity: `(3,)` [m/s²].
             state: `(size,)` closed coordinates of the mechanism, at which it is scaled.
-            independent, resting: see `ConstrainedModel`.
+            independent: see `ConstrainedModel`.
+            resting: likewise.
         """
         self._made_of = mechanism, chain, tuple(prescribed), gravity, state, independent, resting
         self.rounding, self.was_weak, self.closes_stages = 0.0, False, False
@@ -377,7 +378,8 @@ class ConstrainedChain:
         """
         from scipy.linalg import qr  # Only simulations need it.
 
-        orders, worst = [], 1.0
+        orders: list[tuple[int, ...]] = []
+        worst = 1.0
         for (columns, rank), kept in zip(self._decided, spared, strict=True):
             if not rank:
                 orders.append(())
@@ -409,12 +411,14 @@ class ConstrainedChain:
             found = other.rates(x, v, told, acting, at_last=True)
         if found is not None:
             return found
+        x = self._tapes.unit(x)
         if len(self._decided) > 1:
             raise SingularConfigurationError(
-                "actuated joints cannot make the task move as given: what they accelerate besides, "
-                "or what they hold, leaves them no effort that does"
+                "the task is at the end of its reach, or where its ways of working meet"
+                if self.weakness(x) < _WEAK
+                else "no effort of the actuated joints makes the task move as given: where it "
+                "depends on free coordinates, these would have to be accelerated without bound"
             )
-        x = self._tapes.unit(x)
         solve = self._by_rank.accelerations if self._lent else self._by_rank.forced
         a = solve(
             x * self._of_positions,

@@ -215,6 +215,7 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
         step=setup.step,
         longest=setup.longest_step,
         crossings=crossings,
+        stops=sorted({time for times in setup.kinks.values() for time in times}),
         is_stiff=None
         if following or setup.forces.is_nothing
         else _judge(setup, system, unit, system.size),
@@ -324,13 +325,19 @@ def _trajectory(
     notes += _lingering(setup, run)
     if integration.crossings is not None:
         notes += integration.crossings.notes(setup.rtol)
+    kinks = [
+        Happened(f"kink of {name}", time)
+        for name, times in setup.kinks.items()
+        for time in times
+        if time <= integration.time
+    ]
     course = Course(
         setup,
         run,
         start or setup.start,
         method,
         ended.reason,
-        tuple(ended.events),
+        tuple(sorted([*ended.events, *kinks], key=lambda event: event.time)),
         tuple(notes),
         integration.equations.evaluations,
         contacts.closed(integration.time) if contacts else (),

@@ -582,8 +582,9 @@ class Trajectory(MotionResult):
 
     @property
     def _prescribed(self) -> tuple[str, ...]:
-        """Names of the drives whose motion was prescribed."""
-        return tuple(self._course.setup.motions)
+        """Names of the drives whose motion was prescribed, or which carry what was."""
+        setup = self._course.setup
+        return setup.carried or tuple(setup.motions)
 
     @property
     def steps(self) -> Array:
