@@ -12,6 +12,7 @@ import numpy as np
 
 from ..core.dynamics.inverse_dynamics import UNIQUE_TOLERANCE
 from ..core.problem.acting import Acting
+from ..core.results.case_line import Lead
 from ..core.results.motion import Motion
 from ..core.results.sweep import Sweep
 from ..core.results.table import Table, Variable
@@ -310,6 +311,18 @@ class TaskSweep(Sweep):
         efforts = {name: of_drives[..., k] for k, name in enumerate(self.drives)}
         efforts |= dict(self._shares)
         return frozen({name: read_only(efforts[name]) for name in self.actuated_unique})
+
+    @property
+    def leads(self) -> list[Lead]:
+        """Rows of the task, see `Sweep.leads`."""
+        position, speed = (
+            np.reshape(values, (*self.shape, -1))
+            for values in (self.task_position, self.task_speed)
+        )
+        return [
+            Lead(row, unit_of_row(self.mechanism, row) == "m", position[..., k], speed[..., k])
+            for k, row in enumerate(self.rows)
+        ]
 
     def table(self, *, motion: bool = True, points: Points = ()) -> Table:
         """Return all results as a table, with positions, speeds and accelerations of the task.
