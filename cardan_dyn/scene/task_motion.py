@@ -223,13 +223,13 @@ class TaskMotion(Frozen):
     def told(
         self, error: AssemblyError | SingularConfigurationError, asked: Array, where: str
     ) -> CardanError:
-        """Return an error of the follower in terms of the rows `(m,)` that were given somewhere."""
+        """Return an error of the follower in terms of the first rows that were given somewhere."""
         count, mechanism = len(self.follower.problem.independent), self.machine.problem.mechanism
         which = f"{as_text(asked)}{where}"
         # What follows the tasks is no business of users.
         own = {"position": as_position(asked), "reach": None, "finding": "", "hint": ""}
         details = {**error.details, **own}
-        rows = ", ".join(self.rows)
+        rows = ", ".join(self.rows[: len(asked)])
         if isinstance(error, SingularConfigurationError):
             return SingularConfigurationError(
                 f"the task, {rows}, cannot be followed to {which}: there or on the straight way "
@@ -239,8 +239,10 @@ class TaskMotion(Frozen):
                 **{**details, **_filtered(error, mechanism)},
             )
         nearest, reached = error.nearest, ""
-        if nearest is not None:
-            nearest = self.rows_at(np.atleast_1d(nearest)[:count])
+        if nearest is not None and np.size(nearest) < count:
+            details["nearest"] = None  # It is that of some of the drives.
+        elif nearest is not None:
+            nearest = self._rows_at(np.atleast_1d(nearest)[:count])
             reached = (
                 f"; on the straight way there the nearest that was reached is {as_text(nearest)}"
             )
@@ -269,7 +271,7 @@ class TaskMotion(Frozen):
             [block.positions(given[..., own], along_path, other) for block, own in self.spans()]
         )
 
-    def rows_at(self, columns: Array) -> Array:
+    def _rows_at(self, columns: Array) -> Array:
         """Return rows `(m,)` at positions `(d,)` of the follower's drives."""
         counts = np.cumsum([len(block.drives) for block in self._blocks])
         parts = zip(self._blocks, np.split(columns, counts[:-1]), strict=True)

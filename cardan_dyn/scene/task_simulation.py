@@ -123,7 +123,7 @@ def simulate_task(
             raise SingularConfigurationError(
                 f"the task cannot begin where it is, {_rows_at(given, 0.0)}: {error}"
             ) from error
-        begun = moved.rows_at(np.atleast_1d(error.position))
+        begun = np.array([item(0.0)[0] for item in given.values()])
         raise moved.told(error, begun, ", where it begins") from error
     return of_machine(found)
 

@@ -446,7 +446,7 @@ class MotionPlot(Plot):
         self, x: Any, label: str, table: Table, known: Mapping[str, tuple[Array, str]]
     ) -> Abscissa:
         turn = self._result
-        if self._has_task and isinstance(x, str) and not x and table.abscissa == "position":
+        if self._has_task and isinstance(x, str) and not x:
             at = self._led()
             return at._replace(label=label or at.label)
         if isinstance(x, str) and f"{x}.task_position" in known:
@@ -520,7 +520,8 @@ class MotionPlot(Plot):
 
     @property
     def _has_task(self) -> bool:
-        return hasattr(self._result, "rows")
+        """Whether it is a sweep over rows of a task."""
+        return hasattr(self._result, "rows") and not hasattr(self._result, "kinetic_energy")
 
     def _bearings(self) -> tuple[str, ...]:
         """Return the joints that are asked for first: bearings on the ground, drives and loads."""
