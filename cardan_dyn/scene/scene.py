@@ -76,7 +76,7 @@ class Scene(Prescribed):
             angle of a ball makes it three turns, see `Mechanism.variant`, in `Scene.mechanism` as
             well.
         free: name of the joint whose motion is found, or a list of names: by `simulate`,
-            `equilibrium` and `cardan_dyn.vibration`.
+            `equilibrium` and `cardan_dyn.vibration`. Beside a task, what it says nothing of.
         held: joints whose position the scene fixes, to their coordinates [rad or m]; those of
             several to an array of theirs, a ball's also to a unit quaternion. The moment
             or force that holds them is a result. Any length or angle of the description as well,
@@ -113,7 +113,8 @@ class Scene(Prescribed):
         task: what moves as given instead of `drive`: a list of `PointTask`, `PoseTask`,
             `AngleTask`, `DirectionTask`, `DistanceTask` and names of coordinates, whose rows are
             what `sweep` takes as positions.
-            The scene is then a `TaskScene`, and its sweeps are each a `TaskSweep`.
+            The scene is then a `TaskScene`, its sweeps are each a `TaskSweep`, and simulations of
+            what is free beside it each a `TaskTrajectory`.
         actuated: joints whose efforts make that motion, and which are the drives of the results;
             those that the description calls independent if not given. Without a task, `drive` moves
             as given, and these carry it.
@@ -733,6 +734,7 @@ class Scene(Prescribed):
             speed: likewise [rad/s or m/s]; at rest if None.
             motion: each driven coordinate to its motion: a constant speed; a function of time that
                 returns position, speed and acceleration; three functions; or times and positions.
+                Where a function's acceleration jumps, steps end, and `events` has a `kink of` it.
             loads: joints and links to what acts there instead of in the scene: a value, or a
                 function of `(time)` or `(time, position, speed)`, the latter two by joint names.
                 What acts for less than 1/200 of the duration may be overlooked; a `step` that is

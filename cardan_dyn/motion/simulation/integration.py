@@ -190,7 +190,7 @@ class Integration:
         # Equations work in one set of memory; of threads that share a trajectory, one reads it.
         self._lock = threading.RLock()
         y = equations.wrap(y)
-        rate = equations.derivative(self._after(0.0), y)
+        rate = equations.derivative(self._resumed(0.0), y)
         self.points = [Point(0.0, y, equations.turns, rate)]
 
     def __getstate__(self) -> dict[str, Any]:
@@ -260,11 +260,15 @@ class Integration:
             return self._duration
         return self._stops[0] - 2.0 * float(np.spacing(self._stops[0]))
 
-    def _after(self, time: float) -> float:
-        """Return the time from which to go on: after a stop the next one there is."""
+    def _resumed(self, time: float) -> float:
+        """Return the time from which to go on, after a stop where steps have led to one."""
         if not self._stops or time < self._end:
             return time
-        return float(np.nextafter(self._stops.pop(0), np.inf))
+        return self.after(self._stops.pop(0))
+
+    def after(self, stop: float) -> float:
+        """Return the first time after a stop: what holds there holds for the next step."""
+        return float(np.nextafter(stop, np.inf))
 
     @property
     def time(self) -> float:
@@ -318,8 +322,8 @@ class Integration:
         self.steps.append(step)
         wrapped = equations.wrap(y)
         self.points.append(Point(time, wrapped, equations.turns, rate))
-        if (after := self._after(time)) > time:
-            self.restart(self.points[-1]._replace(time=after))
+        if (resumed := self._resumed(time)) > time:
+            self.restart(self.points[-1]._replace(time=resumed))
         if not self.is_running:
             return None
         is_explicit = isinstance(stepper, Stepper)

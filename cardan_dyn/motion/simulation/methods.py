@@ -326,10 +326,10 @@ def _trajectory(
     if integration.crossings is not None:
         notes += integration.crossings.notes(setup.rtol)
     kinks = [
-        Happened(f"kink of {name}", time)
+        Happened(f"kink of {name}", integration.after(time))
         for name, times in setup.kinks.items()
         for time in times
-        if time <= integration.time
+        if time < integration.time
     ]
     course = Course(
         setup,
