@@ -8,7 +8,7 @@ whose efforts, found from its own laws of motion, prove it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -36,8 +36,9 @@ from ..motion.simulation.setup import forces_of, with_all_loops
 from ..motion.simulation.simulate import simulated
 from ..motion.simulation.system import Motion
 from ..motion.simulation.trajectory import Trajectory
+from .task_in_time import drive_motions, row_states
 from .task_motion import TaskMotion
-from .tasks import missed
+from .tasks import Block, missed
 
 
 def simulate_task(
@@ -70,17 +71,13 @@ def simulate_task(
         if isinstance(asked[label], Mapping):
             for name in by_coordinate(problem.mechanism, label, asked[label]):
                 check_single(problem.mechanism, name, f"a key of {label},")
+    follower, blocks = moved.follower, [block for block, _ in moved.spans()][: -len(problem.free)]
+    coordinates = follower.problem.mechanism.coordinates
     starts: dict[str, float] = {}
-    for block, _ in moved.spans():
-        if block.turned is not None:
-            raise ArgumentError(
-                f"the rotation of a pose is not simulated ({choices(block.rows)}): give its link "
-                "by a PointTask and a DirectionTask, or the motion of all coordinates to sweep"
-            )
-        starts |= dict(zip(block.rows, block.start.tolist(), strict=True))
-    starts = {name: starts[name] for name in rows}
+    for block in blocks:
+        begun = follower.assembly.start[coordinates.columns_of(block.drives)]
+        starts |= dict(zip(block.rows, block.rows_at(begun).tolist(), strict=True))
     given = begun_at(motions, starts)
-    follower = moved.follower
     loads = split_loads(follower.problem.mechanism, loads_of_scene)
     of_follower = replace(
         follower.problem,
@@ -95,19 +92,24 @@ def simulate_task(
 
     def of_machine(found: Trajectory) -> TaskTrajectory:
         course = found._course
-        run = _OfMachine(course.run, moved, starts)
+        run = _OfMachine(course.run, moved, blocks)
         x, v = course.start
-        setup = replace(course.setup, solver=machine, forces=forces)
+        own = {"solver": machine, "forces": forces, "carried": moved.actuated}
+        setup = replace(course.setup, **own)
         start = x[run.columns], v[run.rates]
         return TaskTrajectory(replace(course, setup=setup, run=run, start=start), found.time)
 
-    # What follows a task counts from where the scene starts.
-    shifted = {name: _Shifted(item, starts[name]) for name, item in given.items()}
+    driven: dict[str, Motion] = {}
+    resting: list[str] = []
+    for block in blocks:
+        driven |= drive_motions(block, given)
+        # Of six turns of a pose three are needed.
+        resting += block.drives[3:6] if block.turned is not None else ()
     try:
         found = simulated(
             ProblemSolver(of_follower, follower),
-            motion=shifted,
-            carried=moved.actuated,
+            motion=driven,
+            carried=(*moved.actuated, *resting),
             known=problem.mechanism.coordinates.named,
             **asked,
         )
@@ -148,18 +150,6 @@ def _rows_at(motions: Mapping[str, Motion], time: float) -> str:
     return ", ".join(f"{name} = {item(time)[0]:.6g}" for name, item in motions.items())
 
 
-@dataclass(frozen=True)
-class _Shifted:
-    """How a row of a task moves from where the scene starts."""
-
-    motion: Motion
-    start: float
-
-    def __call__(self, time: float) -> tuple[float, float, float]:
-        position, speed, acceleration = self.motion(time)
-        return position - self.start, speed, acceleration
-
-
 class _OfMachine:
     """A run of what follows tasks, as one of the machine; see `Run`.
 
@@ -169,15 +159,16 @@ class _OfMachine:
         names: of their rows.
     """
 
-    def __init__(self, run: Run, moved: TaskMotion, starts: Mapping[str, float]) -> None:
+    def __init__(self, run: Run, moved: TaskMotion, blocks: list[Block]) -> None:
         """Take a run.
 
         Args:
             run: of the follower.
             moved: how the tasks are followed.
-            starts: rows of the tasks to what they are where the follower's coordinates are zero.
+            blocks: of the tasks.
         """
-        self._run, self.tasks, self.names = run, moved.tasks, tuple(starts)
+        self._run, self.tasks = run, moved.tasks
+        self.names = tuple(name for block in blocks for name in block.rows)
         self.times, self.period, self.is_exact = run.times, run.period, run.is_exact
         own, other = (
             solver.problem.mechanism.coordinates for solver in (moved.machine, moved.follower)
@@ -188,8 +179,10 @@ class _OfMachine:
             self.columns[span] = np.r_[other.columns[name]]
         for name, span in own.velocity_columns.items():
             self.rates[span] = np.r_[other.velocity_columns[name]]
-        self._starts = np.array([*starts.values()])
-        self._rows = other.columns_of(self.names), other.rates_of(self.names)
+        self._blocks = [
+            (block, other.columns_of(block.drives), other.rates_of(block.drives))
+            for block in blocks
+        ]
 
     @property
     def boundless(self) -> frozenset[int]:
@@ -213,9 +206,11 @@ class _OfMachine:
 
     def given(self, times: Array) -> States:
         """Return how rows of the tasks move at times `(N,)`."""
-        rows, (columns, rates) = self._run.rows(times), self._rows
-        turned = rows.x[:, columns] + 2.0 * np.pi * rows.turns[:, columns]
-        return States(turned + self._starts, rows.v[:, rates], rows.a[:, rates])
+        rows, found = self._run.rows(times), []
+        for block, columns, rates in self._blocks:
+            x = rows.x[:, columns] + 2.0 * np.pi * rows.turns[:, columns]
+            found.append(row_states(block, States(x, rows.v[:, rates], rows.a[:, rates])))
+        return States(*(np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True)))
 
 
 class TaskTrajectory(Trajectory):
@@ -243,7 +238,7 @@ class TaskTrajectory(Trajectory):
 
     @property
     def task_speed(self) -> Array:
-        """Their speeds [rad/s or m/s], like `task_position`."""
+        """Their speeds [rad/s or m/s], like `task_position`; of a rotation its angular velocity."""
         return _squeezed(self._given.v)
 
     @property

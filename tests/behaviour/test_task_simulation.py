@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 from testkit import task_machines as machines
 from testkit.task_machines import HERE, X, Y, Z
 
@@ -290,13 +291,53 @@ def test_refused(given: dict[str, object], asked: dict[str, object], told: str) 
         five_bar(**given).simulate(0.1, **{"motion": motion, **asked})
 
 
-def test_a_pose_beside_what_is_free_is_refused() -> None:
+def test_a_pose_beside_what_is_free() -> None:
+    mechanism = cd.load(hung(machines.arm(), "hand", X, -Z))
+    joints = [name for name in mechanism.drivable if name != "swing"]
+    near = dict(zip(joints, (0.3, -0.6, 0.9, 0.4, 0.7, -0.2), strict=True))
+    scene = cd.Scene(
+        mechanism,
+        task=cd.PoseTask("hand"),
+        actuated=joints,
+        free="swing",
+        near=near,
+        gravity=(0.0, 0.0, -G),
+    )
+    hand = scene.configuration()
+    place = hand.point("hand")
+    turned = Rotation.from_matrix(hand.orientation("hand")).as_rotvec()
+    start = dict(zip(scene.rows, [*place, *turned], strict=False))
+    rates = dict(zip(scene.rows, (1.0, 2.0, 1.5, 3.0, 2.0, 2.5), strict=False))
+    motion = {row: round_trip(at - 0.05, 0.05, rates[row], 0.0) for row, at in start.items()}
+    found = scene.simulate(0.4, position=0.3, motion=motion)
+    agree(scene, found)
+    for k, row in enumerate(start):
+        asked = [motion[row](time)[0] for time in found.time]
+        assert found.task_position[:, k] == pytest.approx(asked, abs=1e-13)
+    # Speeds of a rotation are the angular velocity, here against differences of the rotation.
+    close = found.evenly(2001)
+    turns = Rotation.from_matrix(close.orientation("hand"))
+    step = close.time[1]
+    spins = (turns[2:] * turns[:-2].inv()).as_rotvec() / (2.0 * step)
+    assert close.task_speed[1:-1, 3:] == pytest.approx(spins, abs=1e-6)
+    gains = (close.task_speed[2:] - close.task_speed[:-2]) / (2.0 * step)
+    assert close.task_acceleration[1:-1] == pytest.approx(gains, abs=1e-6)
+
+
+def test_massless_rods_that_spin_are_told() -> None:
     mechanism = cd.load(hung(machines.stewart(), "platform", X, -Z))
     scene = cd.Scene(
         mechanism, task=cd.PoseTask("platform"), actuated=machines.LEGS, free="swing", outputs=[]
     )
-    with pytest.raises(cd.ArgumentError, match="the rotation of a pose is not simulated"):
-        scene.simulate(1.0, motion=dict.fromkeys(scene.rows[:6], 0.0))
+    with pytest.raises(cd.SimulationError, match="write one of its ends as a universal joint"):
+        scene.simulate(0.1, motion=dict.fromkeys(scene.rows[:6], 0.0))
+
+
+def test_names_of_coordinates_begin_where_the_scene_does() -> None:
+    scene = crane(task="travel", near={"travel": 0.7})
+    found = scene.simulate(0.1, position=0.2, motion={"travel": 0.5})
+    assert found.task_position == pytest.approx(0.7 + 0.5 * found.time, abs=1e-15)
+    agree(scene, found)
 
 
 def test_it_is_a_trajectory() -> None:

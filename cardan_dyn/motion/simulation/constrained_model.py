@@ -417,7 +417,9 @@ class ConstrainedChain:
                 "the task is at the end of its reach, or where its ways of working meet"
                 if self.weakness(x) < _WEAK
                 else "no effort of the actuated joints makes the task move as given: where it "
-                "depends on free coordinates, these would have to be accelerated without bound"
+                "depends on free coordinates, these would have to be accelerated without bound; or "
+                "something moves freely that has no mass, such as a massless rod between two balls "
+                "(write one of its ends as a universal joint)"
             )
         solve = self._by_rank.accelerations if self._lent else self._by_rank.forced
         a = solve(

@@ -158,6 +158,8 @@ def prescribed_motion(name: str, value: Any, duration: float) -> Motion:
         ArgumentError: none of these, not finite, or derivatives that are none.
     """
     label = f"motion[{name!r}]"
+    if isinstance(value, Written):
+        return value  # It was checked where it comes from.
     if callable(value):
         return _checked(Written(label, (value,)), duration)
     if isinstance(value, Sequence) and len(value) == 3 and all(map(callable, value)):

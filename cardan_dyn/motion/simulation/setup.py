@@ -54,7 +54,8 @@ class Setup:
         progress: shows how far it got.
         settle: whether fast modes rest at the start.
         max_touches: of pins in their bushes, after which it ends.
-        carried: joints whose efforts make the prescribed drives move; none if these do so.
+        carried: joints whose efforts make the prescribed drives move, and what rests while they
+            act; none if these move by themselves.
         notes: what is known of it before it begins.
     """
 
