@@ -974,7 +974,7 @@ class TaskScene(Scene):
 
     Attributes:
         task: the tasks.
-        rows: names of their rows, in the order of positions.
+        rows: names of their rows, in the order of positions, then of free coordinates.
         actuated: names of the joints that carry the effort.
         effort_weights: by how much the square of each one's effort counts [1; of slides m²].
         machine: the scene of the same mechanism driven by its `drives`, which answers what is not
@@ -1013,8 +1013,11 @@ class TaskScene(Scene):
         return _task_scene, (self._moved,)
 
     def __repr__(self) -> str:
-        moved = f"task {', '.join(self.rows)}; actuated {', '.join(self.actuated)}"
-        return f"<TaskScene of {self.mechanism.name!r}: {moved}>"
+        free = self._problem.free
+        parts = [f"task {', '.join(self.rows[: len(self.rows) - len(free)])}"]
+        parts += [f"free {', '.join(free)}"] * bool(free)
+        parts.append(f"actuated {', '.join(self.actuated)}")
+        return f"<TaskScene of {self.mechanism.name!r}: {'; '.join(parts)}>"
 
     def replace(self, **changes: Any) -> Scene:
         """Return a scene that differs in some arguments, see `Scene.replace`.

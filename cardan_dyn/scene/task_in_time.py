@@ -30,7 +30,7 @@ def drive_motions(block: Block, rows: Mapping[str, Motion]) -> dict[str, Motion]
     """
     motions = [rows[name] for name in block.rows]
     kinks = [getattr(motion, "kinks", ()) for motion in motions]
-    at = [*map(_Shifted, motions, block.start.tolist())]
+    at: list[Motion] = [*map(_Shifted, motions, block.start.tolist())]
     if block.turned is not None:
         pose = _Pose(block, motions)
         at = [_OfPose(pose, column) for column in range(len(block.drives))]

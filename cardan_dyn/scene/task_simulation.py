@@ -94,8 +94,7 @@ def simulate_task(
         course = found._course
         run = _OfMachine(course.run, moved, blocks)
         x, v = course.start
-        own = {"solver": machine, "forces": forces, "carried": moved.actuated}
-        setup = replace(course.setup, **own)
+        setup = replace(course.setup, solver=machine, forces=forces, carried=moved.actuated)
         start = x[run.columns], v[run.rates]
         return TaskTrajectory(replace(course, setup=setup, run=run, start=start), found.time)
 

@@ -85,6 +85,7 @@ def test_pendulum_at_a_tip_on_a_circle_against_its_equation() -> None:
     scene = five_bar()
     assert scene.rows == ("load.x", "load.y", "swing")
     assert scene.drives == ("m1", "m2")
+    assert repr(scene).endswith("task load.x, load.y; free swing; actuated m1, m2>")
     found = scene.simulate(1.5, position=0.3, speed=-1.0, motion=CIRCLE)
 
     def rates(time: float, state: Array) -> list[float]:  # Of the pendulum's angle in the world.
