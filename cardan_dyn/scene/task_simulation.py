@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ..core.dynamics.problem_solver import ProblemSolver
 from ..core.elements.pin_contact import PinContact
 from ..core.problem.arguments import by_coordinate, split_loads
 from ..core.problem.coordinate_names import check_single
+from ..core.results.table import Table
 from ..kit.arrays import Array
 from ..kit.checks import mapping, positive
 from ..kit.errors import (
@@ -38,7 +39,11 @@ from ..motion.simulation.system import Motion
 from ..motion.simulation.trajectory import Trajectory
 from .task_in_time import drive_motions, row_states
 from .task_motion import TaskMotion
+from .task_sweep import with_task
 from .tasks import Block, missed
+
+if TYPE_CHECKING:
+    from ..core.results.point_motion import Points
 
 
 def simulate_task(
@@ -257,6 +262,13 @@ class TaskTrajectory(Trajectory):
         return frozen(
             {name: read_only(efforts[:, self.coordinates.index(name)]) for name in self._prescribed}
         )
+
+    def table(self, *, motion: bool = True, points: Points = ()) -> Table:
+        """Return all results as a table, with positions, speeds and accelerations of the task.
+
+        Arguments as of `Trajectory.table`.
+        """
+        return with_task(super().table(motion=motion, points=points), self)
 
 
 def _squeezed(values: Array) -> Array:

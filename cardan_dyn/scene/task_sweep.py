@@ -329,25 +329,29 @@ class TaskSweep(Sweep):
 
         Arguments as of `Sweep.table`.
         """
-        table = super().table(motion=motion, points=points)
-        dims = (*table.samples, "task")
-        per = {"position": "", "speed": "/s", "acceleration": "/s²"}
-        units = [unit_of_row(self.mechanism, row) for row in self.rows]
-        variables = [
-            (
-                f"task_{name}",
-                Variable(
-                    dims,
-                    getattr(self, f"task_{name}").reshape(*self.shape, -1),
-                    tuple(unit + rate for unit in units),
-                    f"{name} of the task",
-                    True,
-                ),
-            )
-            for name, rate in per.items()
-        ]
-        labels = {**table.labels, "task": self.rows}
-        return replace(table, variables=[*table.variables, *variables], labels=labels)
+        return with_task(super().table(motion=motion, points=points), self)
+
+
+def with_task(table: Table, result: Any) -> Table:
+    """Return a table of a result with positions, speeds and accelerations of its task."""
+    dims = (*table.samples, "task")
+    per = {"position": "", "speed": "/s", "acceleration": "/s²"}
+    units = [unit_of_row(result.mechanism, row) for row in result.rows]
+    variables = [
+        (
+            f"task_{name}",
+            Variable(
+                dims,
+                getattr(result, f"task_{name}").reshape(*result.shape, -1),
+                tuple(unit + rate for unit in units),
+                f"{name} of the task",
+                True,
+            ),
+        )
+        for name, rate in per.items()
+    ]
+    labels = {**table.labels, "task": result.rows}
+    return replace(table, variables=[*table.variables, *variables], labels=labels)
 
 
 def unit_of_row(mechanism: Mechanism, row: str) -> str:

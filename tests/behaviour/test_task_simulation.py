@@ -346,6 +346,9 @@ def test_it_is_a_trajectory() -> None:
     assert found.events
     agree(scene.replace(loads={"swing": -0.02 * found.motion.velocity("swing")}), found)
     inside = found.at([0.1, 0.2])
+    np.testing.assert_array_equal(
+        inside.to_dataframe()["load.x.task_position"], inside.task_position[:, 0]
+    )
     assert inside.task_position[:, 0] == pytest.approx(
         [CIRCLE["load.x"](time)[0] for time in (0.1, 0.2)], abs=1e-14
     )
