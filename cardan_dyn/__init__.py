@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
     from .scene.scene import Scene, TaskScene
+    from .scene.task_simulation import TaskTrajectory
     from .scene.task_sweep import TaskSweep
     from .scene.tasks import AngleTask, DirectionTask, DistanceTask, PointTask, PoseTask
 
@@ -139,6 +140,7 @@ _MODULES = {
     "Sweep": ".core.results.sweep",
     "TaskScene": ".scene.scene",
     "TaskSweep": ".scene.task_sweep",
+    "TaskTrajectory": ".scene.task_simulation",
     "Trajectory": ".motion.simulation.trajectory",
     "Transmission": ".core.transmission.transmission",
     "VibrationError": ".kit.errors",
@@ -221,6 +223,7 @@ __all__ = [
     "Sweep",
     "TaskScene",
     "TaskSweep",
+    "TaskTrajectory",
     "Trajectory",
     "Transmission",
     "VibrationError",

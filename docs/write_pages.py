@@ -139,6 +139,10 @@ _MEMBERS = {
         ("Energy", ("kinetic_energy", "potential_energy", "elastic_energy", "work")),
         ("Errors", ("energy_residual", "time_residual", "effort_residual", "singular", "notes")),
     ),
+    "TaskTrajectory": (
+        ("All of a trajectory, and", ("actuated_effort", "task_position", "task_speed")),
+        ("Errors", ("task_residual",)),
+    ),
     "Response": (
         ("Forces", ("sweep", "uniform", "turn")),
         ("The drive", ("inertia", "inertia_derivative", "ratio")),
@@ -180,7 +184,10 @@ def interface(linked: bool = False) -> str:
             *("Scene", "PointTask", "PoseTask", "AngleTask", "DirectionTask", "DistanceTask"),
             *("Wrench", "described_elements", "view", "study", "DesignVariables"),
         ),
-        "results": ("Sweep", "TaskSweep", "Trajectory", "Response", "Transmission", "Report"),
+        "results": (
+            *("Sweep", "TaskSweep", "Trajectory", "TaskTrajectory", "Response", "Transmission"),
+            "Report",
+        ),
         "force elements": (
             *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator"),
             *("PointActuator", "PinContact"),

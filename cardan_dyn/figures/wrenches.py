@@ -152,8 +152,13 @@ def _greatest(arrays: Any) -> float:
 
 def along(turn: Swept, drive: str) -> Abscissa:
     """Return the position of a drive, or of any joint, to be drawn over."""
-    position: Array = turn.motion.position(drive)
     coordinate = turn.mechanism.drivable.get(drive)
-    if coordinate is not None and coordinate.slides:
-        return Abscissa(position, f"{drive} [m]", "range")
-    return Abscissa(np.rad2deg(position), f"{drive} [°]", "angle")
+    slides = coordinate is not None and coordinate.slides
+    return led(drive, slides, turn.motion.position(drive))
+
+
+def led(name: str, slides: bool, position: Array) -> Abscissa:
+    """Return positions [m or rad] to be drawn over."""
+    if slides:
+        return Abscissa(position, f"{name} [m]", "range")
+    return Abscissa(np.rad2deg(position), f"{name} [°]", "angle")

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from .linear_model import LinearModel
     from .plan import Plan
     from .task_motion import TaskMotion
+    from .task_simulation import TaskTrajectory
     from .task_sweep import TaskSweep
     from .tasks import Task
 
@@ -75,7 +76,7 @@ class Scene(Prescribed):
             angle of a ball makes it three turns, see `Mechanism.variant`, in `Scene.mechanism` as
             well.
         free: name of the joint whose motion is found, or a list of names: by `simulate`,
-            `equilibrium` and `cardan_dyn.vibration`.
+            `equilibrium` and `cardan_dyn.vibration`. Beside a task, what it says nothing of.
         held: joints whose position the scene fixes, to their coordinates [rad or m]; those of
             several to an array of theirs, a ball's also to a unit quaternion. The moment
             or force that holds them is a result. Any length or angle of the description as well,
@@ -112,7 +113,8 @@ class Scene(Prescribed):
         task: what moves as given instead of `drive`: a list of `PointTask`, `PoseTask`,
             `AngleTask`, `DirectionTask`, `DistanceTask` and names of coordinates, whose rows are
             what `sweep` takes as positions.
-            The scene is then a `TaskScene`, and its sweeps are each a `TaskSweep`.
+            The scene is then a `TaskScene`, its sweeps are each a `TaskSweep`, and simulations of
+            what is free beside it each a `TaskTrajectory`.
         actuated: joints whose efforts make that motion, and which are the drives of the results;
             those that the description calls independent if not given. Without a task, `drive` moves
             as given, and these carry it.
@@ -202,11 +204,6 @@ class Scene(Prescribed):
         effort_weights: Mapping[str, float] | None = None,
     ) -> None:
         has_task = task is not None or actuated is not None
-        if has_task and free:
-            raise MobilityError(
-                "free: a task says how all of the mechanism moves, so that nothing is free; leave "
-                "free out, or drive coordinates and leave the task out"
-            )
         if task is not None and drive is not None:
             raise ArgumentError(
                 "drive and task both say what moves as given: name driven coordinates among the "
@@ -217,7 +214,11 @@ class Scene(Prescribed):
                 "actuated says which joints carry the effort of a motion that is given elsewhere: "
                 "say what moves as given, task=[...], or name the joints in drive"
             )
-        if has_task and actuated is None and not getattr(mechanism, "independent_joints", True):
+        if (
+            has_task
+            and actuated is None
+            and (free or not getattr(mechanism, "independent_joints", True))
+        ):
             raise MobilityError(
                 f"{mechanism.name}: name the joints whose efforts make the motion of the task, "
                 f"actuated=[...]; joints: {choices(mechanism.drivable)}"
@@ -738,6 +739,7 @@ class Scene(Prescribed):
             speed: likewise [rad/s or m/s]; at rest if None.
             motion: each driven coordinate to its motion: a constant speed; a function of time that
                 returns position, speed and acceleration; three functions; or times and positions.
+                Where a function's acceleration jumps, steps end, and `events` has a `kink of` it.
             loads: joints and links to what acts there instead of in the scene: a value, or a
                 function of `(time)` or `(time, position, speed)`, the latter two by joint names.
                 What acts for less than 1/200 of the duration may be overlooked; a `step` that is
@@ -977,7 +979,7 @@ class TaskScene(Scene):
 
     Attributes:
         task: the tasks.
-        rows: names of their rows, in the order of positions.
+        rows: names of their rows, in the order of positions, then of free coordinates.
         actuated: names of the joints that carry the effort.
         effort_weights: by how much the square of each one's effort counts [1; of slides m²].
         machine: the scene of the same mechanism driven by its `drives`, which answers what is not
@@ -1004,7 +1006,7 @@ class TaskScene(Scene):
         problem = replace(problem, listed=True)
         solver = next(solvers(problem, None if like is None else like.machine))
         tasks = listed(problem.mechanism, task)
-        self._take_moved(TaskMotion(solver, tasks, problem.independent, weights, like))
+        self._take_moved(TaskMotion(solver, tasks, problem.drives, weights, like))
 
     def _take_moved(self, moved: TaskMotion) -> None:
         self._moved, self.machine = moved, Scene._of(moved.machine)
@@ -1016,8 +1018,11 @@ class TaskScene(Scene):
         return _task_scene, (self._moved,)
 
     def __repr__(self) -> str:
-        moved = f"task {', '.join(self.rows)}; actuated {', '.join(self.actuated)}"
-        return f"<TaskScene of {self.mechanism.name!r}: {moved}>"
+        free = self._problem.free
+        parts = [f"task {', '.join(self.rows[: len(self.rows) - len(free)])}"]
+        parts += [f"free {', '.join(free)}"] * bool(free)
+        parts.append(f"actuated {', '.join(self.actuated)}")
+        return f"<TaskScene of {self.mechanism.name!r}: {'; '.join(parts)}>"
 
     def replace(self, **changes: Any) -> Scene:
         """Return a scene that differs in some arguments, see `Scene.replace`.
@@ -1028,7 +1033,7 @@ class TaskScene(Scene):
         if not changes.keys() & {"actuated", "mechanism"}:
             own["effort_weights"] = self.effort_weights
         own |= {name: changes.pop(name) for name in _OF_TASKS & changes.keys()}
-        if own["task"] is None or changes.keys() & {"drive", "free"}:
+        if own["task"] is None or "drive" in changes:
             return self.machine.replace(**changes)
         problem = self.machine._changed({"drive": own["actuated"], **changes})
         scene = object.__new__(TaskScene)
@@ -1105,17 +1110,35 @@ class TaskScene(Scene):
             )
         return self._moved.range()
 
+    def simulate(self, duration: float, *, motion: Any = None, **asked: Any) -> TaskTrajectory:
+        """Simulate how free coordinates move while the task moves as given.
+
+        Actuated joints exert what the task asks for, and free coordinates move as what acts on
+        them, and the motion of the others, makes them.
+
+        Args:
+            duration: see `Scene.simulate`, as all other arguments.
+            motion: each row of the task to its motion, see there.
+            asked: other arguments of `Scene.simulate`.
+
+        Raises:
+            CardanError: as `Scene.simulate`; `SimulationError` also where the task ends its reach,
+                or actuated joints cannot make it move.
+        """
+        from .task_simulation import simulate_task  # Most scripts simulate nothing.
+
+        return simulate_task(self._moved, self.loads, motion, duration=duration, **asked)
+
     def _of_machine(self, *_: object, **__: object) -> NoReturn:
         """Refuse what is known of drives alone."""
         raise MobilityError(
             "this is known of drives alone, and here other joints are actuated than move as given: "
             "scene.machine is the same mechanism driven by its actuated joints, and a scene with "
-            "drive= alone that of the coordinates themselves. What is given in time needs no "
-            "simulation: scene.sweep(position, speed, acceleration, time=t)",
+            "drive= alone that of the coordinates themselves",
             mobility=len(self.drives),
         )
 
-    simulate = equilibrium = response = responses = load_response = _of_machine
+    equilibrium = response = responses = load_response = _of_machine
     jacobian = mass_matrix = bias = regressor = linear = transmission = _of_machine
 
 

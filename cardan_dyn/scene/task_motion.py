@@ -62,13 +62,15 @@ class TaskMotion(Frozen):
     Attributes:
         machine: solves the mechanism, driven by its actuated joints.
         tasks: the tasks.
-        rows: names of their rows, in the order of positions.
+        rows: names of their rows, in the order of positions, and of free coordinates, of which
+            sweeps are given the positions as well.
         actuated: names of the joints that carry the effort.
         weights: by how much the square of each effort counts.
+        follower: solves the mechanism with what follows the tasks, which drives it.
     """
 
+    follower: ProblemSolver
     _blocks: list[Block]
-    _follower: ProblemSolver
 
     def __init__(
         self,
@@ -94,11 +96,21 @@ class TaskMotion(Frozen):
         self.machine, self.tasks, self.actuated = machine, tasks, actuated
         self.weights = _weights(machine.problem.mechanism, actuated, weights)
         if like and like.tasks == tasks and like.machine.assembly is machine.assembly:
-            self._blocks, self._follower = like._blocks, like._follower
+            self._blocks, self.follower = like._blocks, like.follower
         else:
-            self._blocks, self._follower = _followed(machine, tasks)
+            self._blocks, self.follower = _followed(machine, self.given)
         self.rows = tuple(name for block in self._blocks for name in block.rows)
         self._freeze()
+
+    @property
+    def given(self) -> tuple[Task, ...]:
+        """All that sweeps are given: the tasks, and free coordinates."""
+        return *self.tasks, *self.machine.problem.free
+
+    @property
+    def _told_of(self) -> tuple[str, ...]:
+        """Names of the coordinates that may drive the machine, whose rates are solved for."""
+        return *self.actuated, *self.machine.problem.free
 
     def __reduce__(self) -> tuple[object, ...]:
         return TaskMotion, (self.machine, self.tasks, self.actuated, self.weights)
@@ -140,15 +152,15 @@ class TaskMotion(Frozen):
         given, reached = self._values("position", position), np.array(False)
         for other in (False, True)[: 1 + self._has_pose]:
             columns = self._columns(given, False, other)
-            targets = targets_of(self._follower.problem, columns, held)
-            solver = self._follower.of_varied(targets.varied)
+            targets = targets_of(self.follower.problem, columns, held)
+            solver = self.follower.of_varied(targets.varied)
             reached = reached | solver.assembly.reachable(targets).reshape(targets.shape)
         return reached
 
     def range(self) -> tuple[float, float]:
         """Return between which positions the only row can move, see `Scene.motion_range`."""
         ((start,),) = (block.start for block in self._blocks)
-        low, high = self._follower.assembly.motion_range()
+        low, high = self.follower.assembly.motion_range()
         return low + float(start), high + float(start)
 
     def _machines(self) -> Iterator[ProblemSolver]:
@@ -165,14 +177,13 @@ class TaskMotion(Frozen):
         self, position: object, speed: object, acceleration: object, held: object, along_path: bool
     ) -> Followed:
         """Return how the mechanism follows rows of the task; arguments as of `sweep`."""
-        problem = self._follower.problem
+        problem = self.follower.problem
         given = self._values("position", position)
         moving = self._values("speed", speed), self._values("acceleration", acceleration)
         acting = problem.acting
         if any(map(np.any, moving)):
             every = [
-                block.rates(*(values[..., own] for values in moving))
-                for block, own in self._spans()
+                block.rates(*(values[..., own] for values in moving)) for block, own in self.spans()
             ]
             acting = acting_on(problem, *map(_joined, zip(*every, strict=True)))
         columns = self._columns(given, along_path)
@@ -180,9 +191,9 @@ class TaskMotion(Frozen):
         shape = common_shape({"position": targets.shape, **acting.shapes})
         targets = targets.expanded(shape)
         self.machine.refuse_too_many(targets.size)
-        solver = self._follower.of_varied(targets.varied)
+        solver = self.follower.of_varied(targets.varied)
 
-        rates = problem.mechanism.coordinates.rates_of(self.actuated)
+        rates = problem.mechanism.coordinates.rates_of(self._told_of)
 
         def moved(targets: Targets) -> tuple[AssembledPositions, Array, Array, Array]:
             assembled = solver.assembled_in_turn(targets, along_path)
@@ -202,7 +213,10 @@ class TaskMotion(Frozen):
                 targets = targets_of(problem, columns, held)
                 assembled, x, v, a = moved(targets)
         except (AssemblyError, SingularConfigurationError) as error:
-            raise self._told(error, given, targets) from error
+            if (sample := error.sample) is None:
+                raise
+            asked = flat(given, targets.shape, trailing=1)[sample]
+            raise self.told(error, asked, f" (sample {sample} of {targets.size})") from error
         own = self._columns_of_machine
         turns = assembled.turns
         motion = Motion(
@@ -215,23 +229,19 @@ class TaskMotion(Frozen):
         )
         followed = Swept(solver, acting, motion, np.zeros((0, 6)), {})
         condition = partial(_condition, solver, assembled, x)
-        of = Given(self.tasks, self.rows, given, *moving, condition, followed)
+        of = Given(self.given, self.rows, given, *moving, condition, followed)
         return Followed(of, x[:, own], turns[:, own], v, a, targets.shape, held)
 
-    def _told(
-        self, error: AssemblyError | SingularConfigurationError, given: Array, targets: Targets
+    def told(
+        self, error: AssemblyError | SingularConfigurationError, asked: Array, where: str
     ) -> CardanError:
-        """Return an error of the follower in terms of the rows `(..., m)` that were given."""
-        sample, count = error.sample, len(self._follower.problem.independent)
-        mechanism = self.machine.problem.mechanism
-        if sample is None:
-            return error
-        asked = flat(given, targets.shape, trailing=1)[sample]
-        which = f"{as_text(asked)} (sample {sample} of {targets.size})"
+        """Return an error of the follower in terms of the first rows that were given somewhere."""
+        count, mechanism = len(self.follower.problem.independent), self.machine.problem.mechanism
+        which = f"{as_text(asked)}{where}"
         # What follows the tasks is no business of users.
         own = {"position": as_position(asked), "reach": None, "finding": "", "hint": ""}
         details = {**error.details, **own}
-        rows = ", ".join(self.rows)
+        rows = ", ".join(self.rows[: len(asked)])
         if isinstance(error, SingularConfigurationError):
             return SingularConfigurationError(
                 f"the task, {rows}, cannot be followed to {which}: there or on the straight way "
@@ -241,7 +251,9 @@ class TaskMotion(Frozen):
                 **{**details, **_filtered(error, mechanism)},
             )
         nearest, reached = error.nearest, ""
-        if nearest is not None:
+        if nearest is not None and np.size(nearest) < count:
+            details["nearest"] = None  # It is that of some of the drives.
+        elif nearest is not None:
             nearest = self._rows_at(np.atleast_1d(nearest)[:count])
             reached = (
                 f"; on the straight way there the nearest that was reached is {as_text(nearest)}"
@@ -253,7 +265,7 @@ class TaskMotion(Frozen):
             **details,
         )
 
-    def _spans(self) -> Iterator[tuple[Block, slice]]:
+    def spans(self) -> Iterator[tuple[Block, slice]]:
         """Yield blocks, and which rows are theirs."""
         first = 0
         for block in self._blocks:
@@ -268,7 +280,7 @@ class TaskMotion(Frozen):
     def _columns(self, given: Array, along_path: bool, other: bool = False) -> Array:
         """Return positions of the follower's drives `(..., d)` of rows, see `Block.positions`."""
         return _joined(
-            [block.positions(given[..., own], along_path, other) for block, own in self._spans()]
+            [block.positions(given[..., own], along_path, other) for block, own in self.spans()]
         )
 
     def _rows_at(self, columns: Array) -> Array:
@@ -296,7 +308,7 @@ class TaskMotion(Frozen):
     @cached_property
     def _columns_of_machine(self) -> Array | slice:
         """Columns of the mechanism's coordinates among those of the follower's."""
-        mechanism, other = self.machine.problem.mechanism, self._follower.problem.mechanism
+        mechanism, other = self.machine.problem.mechanism, self.follower.problem.mechanism
         columns = np.empty(mechanism.coordinates.size, dtype=int)
         for name in mechanism.joints:
             span = other.coordinates.columns[name]
@@ -316,7 +328,7 @@ class TaskMotion(Frozen):
         """
         problem, coordinates = machine.problem, machine.problem.mechanism.coordinates
         drives = problem.independent
-        columns, own = coordinates.columns_of(drives), [*map(self.actuated.index, drives)]
+        columns, own = coordinates.columns_of(drives), [*map(self._told_of.index, drives)]
         rows = followed.x[:, columns] + 2.0 * np.pi * followed.turns[:, columns]
         at, speeds, accelerations = (
             values.reshape(*followed.shape, -1)
@@ -457,6 +469,13 @@ def solvers(problem: Problem, like: ProblemSolver | None = None) -> Iterator[Pro
     except MobilityError as error:
         if error.mobility is None or error.mobility >= len(actuated):
             raise
+        if problem.free:
+            raise MobilityError(
+                f"{problem.mechanism.name}: {choices(problem.drives)} are actuated, more than "
+                f"decide the motion beside what is free ({choices(problem.free)}), so that no law "
+                f"says how they share their efforts; actuate {error.mobility - len(problem.free)}",
+                mobility=error.mobility,
+            ) from error
         refused: CardanError = error
         mobility = error.mobility
     first, found = actuated[:1], False

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..core.dynamics.inverse_dynamics import UNIQUE_TOLERANCE
 from ..core.problem.acting import Acting
+from ..core.results.case_line import Lead
 from ..core.results.sweep import Sweep
 from ..core.results.table import Table, Variable
 from ..kit.arrays import EPS, Array, spread
@@ -316,30 +317,46 @@ class TaskSweep(Sweep):
         efforts |= dict(self._shares)
         return frozen({name: read_only(efforts[name]) for name in self.actuated_unique})
 
+    @property
+    def leads(self) -> list[Lead]:
+        """Rows of the task, see `Sweep.leads`."""
+        position, speed = (
+            np.reshape(values, (*self.shape, -1))
+            for values in (self.task_position, self.task_speed)
+        )
+        return [
+            Lead(row, unit_of_row(self.mechanism, row) == "m", position[..., k], speed[..., k])
+            for k, row in enumerate(self.rows)
+        ]
+
     def table(self, *, motion: bool = True, points: Points = ()) -> Table:
         """Return all results as a table, with positions, speeds and accelerations of the task.
 
         Arguments as of `Sweep.table`.
         """
-        table = super().table(motion=motion, points=points)
-        dims = (*table.samples, "task")
-        per = {"position": "", "speed": "/s", "acceleration": "/s²"}
-        units = [unit_of_row(self.mechanism, row) for row in self.rows]
-        variables = [
-            (
-                f"task_{name}",
-                Variable(
-                    dims,
-                    getattr(self, f"task_{name}").reshape(*self.shape, -1),
-                    tuple(unit + rate for unit in units),
-                    f"{name} of the task",
-                    True,
-                ),
-            )
-            for name, rate in per.items()
-        ]
-        labels = {**table.labels, "task": self.rows}
-        return replace(table, variables=[*table.variables, *variables], labels=labels)
+        return with_task(super().table(motion=motion, points=points), self)
+
+
+def with_task(table: Table, result: Any) -> Table:
+    """Return a table of a result with positions, speeds and accelerations of its task."""
+    dims = (*table.samples, "task")
+    per = {"position": "", "speed": "/s", "acceleration": "/s²"}
+    units = [unit_of_row(result.mechanism, row) for row in result.rows]
+    variables = [
+        (
+            f"task_{name}",
+            Variable(
+                dims,
+                getattr(result, f"task_{name}").reshape(*result.shape, -1),
+                tuple(unit + rate for unit in units),
+                f"{name} of the task",
+                True,
+            ),
+        )
+        for name, rate in per.items()
+    ]
+    labels = {**table.labels, "task": result.rows}
+    return replace(table, variables=[*table.variables, *variables], labels=labels)
 
 
 def unit_of_row(mechanism: Mechanism, row: str) -> str:

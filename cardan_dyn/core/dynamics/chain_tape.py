@@ -16,7 +16,7 @@ import numpy as np
 from ...kit.arrays import Array
 from ..mechanics import closure
 from ..mechanics.bodies import Tree, tree_of
-from ..mechanics.constrained import Free, triangle
+from ..mechanics.constrained import Carried, Free, triangle
 from ..mechanics.elimination import UnsuitableError
 from ..mechanics.placements import moved, normalised, placed, stepped
 from ..mechanism.mechanism import Mechanism
@@ -45,6 +45,7 @@ class ChainTapes:
         prescribed: Sequence[int],
         gravity: Array,
         places: Array,
+        resting: Sequence[int] | None = None,
     ) -> None:
         """Read the chain, and trace nothing yet.
 
@@ -54,6 +55,7 @@ class ChainTapes:
             prescribed: velocity coordinates of the chain that are driven or held.
             gravity: `(3,)` [m/s²].
             places: coordinates `(P, size)` of the chain at which pivots have their usual sizes.
+            resting: where others carry what is prescribed, see `Carried`.
         """
 
         def read() -> Tree:
@@ -62,17 +64,19 @@ class ChainTapes:
         kept = self._kept = mechanism.kept
         self._tree = kept.of("chain trees", bodies, read)
         self._prescribed, self._gravity, self._places = prescribed, gravity, places
+        self._resting = resting
         self._programs: dict[Any, _Programs] = kept.of("chain tapes", gravity.tobytes(), dict)
-        self._key = bodies, tuple(prescribed)
+        self._key = bodies, tuple(prescribed), resting and tuple(resting)
         self._columns = sorted(column for body in self._tree.bodies for column in body.columns)
         self._rates = sorted(rate for body in self._tree.bodies for rate in body.rates)
-        self.made: dict[tuple[int, ...], ChainTape | None] = {}
+        self.made: dict[tuple[tuple[int, ...], ...], ChainTape | None] = {}
 
-    def of(self, dependent: tuple[int, ...]) -> ChainTape | None:
+    def of(self, *dependent: tuple[int, ...]) -> ChainTape | None:
         """Return the tape of an order of elimination; None if it suits no state.
 
         Args:
-            dependent: velocity coordinates that the others decide, in that order.
+            dependent: velocity coordinates that the others decide, in that order; and those
+                while others carry what is prescribed.
         """
         if dependent not in self.made:
             self.made[dependent] = None
@@ -80,18 +84,24 @@ class ChainTapes:
                 self.made[dependent] = self._traced(dependent)
         return self.made[dependent]
 
-    def _traced(self, dependent: tuple[int, ...]) -> ChainTape:
+    def _traced(self, dependent: tuple[tuple[int, ...], ...]) -> ChainTape:
         key, tree, prescribed = (*self._key, dependent), self._tree, self._prescribed
+        resting, first = self._resting, dependent[0]
+        carried = None if resting is None else Carried(resting, dependent[1])
         programs = self._programs.get(key)
         if programs is None:
-            programs = _Programs(tree, prescribed, self._gravity, dependent)
+            programs = _Programs(tree, prescribed, self._gravity, first, carried)
             self._programs[key] = programs
-        sizes = self._kept.of(
-            "pivot sizes",
-            (*key, self._places.tobytes()),
-            lambda: _pivot_sizes(tree, prescribed, dependent, self._places),
+
+        def sizes() -> Array:
+            found = _pivot_sizes(tree, prescribed, first, self._places)
+            if carried:
+                found = np.append(found, _pivot_sizes(tree, *carried, self._places))
+            return found
+
+        return ChainTape(
+            programs, self._kept.of("pivot sizes", (*key, self._places.tobytes()), sizes)
         )
-        return ChainTape(programs, sizes)
 
     def sparse_first(self, dependent: Sequence[int]) -> tuple[int, ...]:
         """Return velocity coordinates in an order of elimination: few closure rows first."""
@@ -131,7 +141,12 @@ class _Programs:
     """
 
     def __init__(
-        self, tree: Tree, prescribed: Sequence[int], gravity: Array, dependent: Sequence[int]
+        self,
+        tree: Tree,
+        prescribed: Sequence[int],
+        gravity: Array,
+        dependent: Sequence[int],
+        carried: Carried | None,
     ) -> None:
         """Trace the equations.
 
@@ -140,6 +155,7 @@ class _Programs:
             prescribed: velocity coordinates of it that are driven or held.
             gravity: `(3,)` [m/s²].
             dependent: those that the others decide, in the order of elimination.
+            carried: see `Free.of`.
 
         Raises:
             UnsuitableError: closure rows do not decide these, or a way moves no mass.
@@ -157,10 +173,12 @@ class _Programs:
 
         x, v = inputs("x", columns, of_columns), inputs("v", rates, units)
         sizes = [*inputs("s", dependent, [1.0] * len(units)).values()]
+        if carried:
+            sizes += inputs("w", carried.dependent, [1.0] * len(units)).values()
         told, efforts = inputs("a", prescribed, units), inputs("e", rates, of_efforts)
         for body in tree.bodies:
             x |= normalised(body, x)
-        free = Free.of(tree, x, v, told, dependent, sizes)
+        free = Free.of(tree, x, v, told, dependent, sizes, carried)
         unsuited = greater(free.growth * (1.0 / _GROWTH), free.lightness * (1.0 / _LIGHT))
         doubts = greater(unsuited, free.narrowness * (1.0 / _NARROW)), unsuited
         a = free.accelerations(tuple(tree.in_axes(gravity / tree.length).tolist()), efforts)

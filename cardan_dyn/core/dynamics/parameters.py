@@ -164,7 +164,7 @@ def slopes_of(
             raise ModelError(
                 f"{first.name}: the lines of idle rods and the teeth of gears depend on it, of "
                 "which derivatives are not known; of gears, couple them by forces='none'; of rods, "
-                "drive or hold their spins"
+                "write one end as a universal joint, which does not spin, or drive or hold the spin"
             )
         # Axes of lengths and angles that are held turn: at some of these places, they are numbers.
         vectors = [(_with_vectors(of), places) for of, places in numbers]

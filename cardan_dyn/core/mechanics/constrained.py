@@ -5,6 +5,9 @@ ones, tell how all of them move. Of rates with J T = 0 and accelerations a with 
 Tᵀ M T u = Tᵀ (τ - h - M a), what inertia forces of one motion do along another (Kane's equations;
 García de Jalón and Bayo 1994, chapter 5). T u + a are then the accelerations. Turning rows rounds
 alike wherever axes point: only where other coordinates should be independent are ratios T great.
+
+Where joints carry what makes other coordinates move as told, forces balance along motions W in
+which those joints rest, and the others need not: Wᵀ M T u = Wᵀ (τ - h - M a).
 """
 
 from __future__ import annotations
@@ -66,6 +69,19 @@ def _turned(first: Row, second: Row, column: int) -> tuple[dict[int, Scalar], di
     return upper, {key: entry for key, entry in lower.items() if not is_zero(entry)}
 
 
+class Carried(NamedTuple):
+    """What carries coordinates that move as told.
+
+    Attributes:
+        resting: velocity coordinates that rest while forces balance: those that carry, and those
+            that are held.
+        dependent: those that the others decide then, in the order of elimination.
+    """
+
+    resting: Sequence[int]
+    dependent: Sequence[int]
+
+
 class Free(NamedTuple):
     """What is free at a state of a closed chain, and how it resists.
 
@@ -74,8 +90,9 @@ class Free(NamedTuple):
         at: where the bodies are.
         rows: of the triangle, with what is on their other side.
         ways: per independent coordinate, velocity coordinate to its rate while that moves alone.
-        moved: how masses move, along each way.
-        factors: of their inertia Tᵀ M T.
+        along: motions along which forces balance: the ways, unless joints carry what is told.
+        moved: how masses move, along each of these.
+        factors: of the inertia Wᵀ M T.
         error: greatest one of the closure rows.
         narrowness: greatest ratio of a pivot's size elsewhere to its own.
         growth: greatest of the ratios T.
@@ -88,6 +105,7 @@ class Free(NamedTuple):
     told: Mapping[int, Scalar]
     rows: list[tuple[int, Row]]
     ways: list[dict[int, Scalar]]
+    along: list[dict[int, Scalar]]
     moved: list[list[Share]]
     factors: Eliminated
     error: Scalar
@@ -103,6 +121,7 @@ class Free(NamedTuple):
         told: Mapping[int, Scalar],
         dependent: Sequence[int],
         sizes: Sequence[Scalar],
+        carried: Carried | None = None,
     ) -> Free:
         """Return what is free.
 
@@ -112,7 +131,8 @@ class Free(NamedTuple):
             v: velocity coordinate to velocity.
             told: likewise to acceleration, of those that are prescribed.
             dependent: velocity coordinates that the others decide, in the order of elimination.
-            sizes: of their pivots elsewhere.
+            sizes: of their pivots elsewhere, those of `carried` after them.
+            carried: by which joints what is told is carried; None if by itself.
 
         Raises:
             UnsuitableError: the closure rows do not decide these, or a way moves no mass.
@@ -133,31 +153,55 @@ class Free(NamedTuple):
             ],
             dependent,
         )
-        narrowness: Scalar = 0.0
-        for (column, row), size in zip(turned, sizes, strict=True):
-            narrowness = greater(narrowness, absolute(size * (1.0 / row[column])))
         independent = [rate for rate in v if rate not in told and rate not in dependent]
-        ways = [{rate: 1.0, **_decided(turned, rate)} for rate in independent]
+        ways = _ways(turned, independent)
+        inertias = [shares(tree, at, moving(tree, at, {}, way, ZERO), {}) for way in ways]
+        turning = [tree.of_rotors(way) for way in ways]
+        along, moved, pivots = ways, inertias, turned
+        if carried:
+            resting = [
+                {rate: entry for rate, entry in row.items() if rate not in carried.resting}
+                for row in rows
+            ]
+            of_others = triangle(resting, carried.dependent)
+            decided = {*carried.resting, *carried.dependent}
+            along = _ways(of_others, [rate for rate in v if rate not in decided])
+            moved = [shares(tree, at, moving(tree, at, {}, way, ZERO), {}) for way in along]
+            pivots = [*turned, *of_others]
+        narrowness: Scalar = 0.0
+        for (column, row), size in zip(pivots, sizes, strict=True):
+            narrowness = greater(narrowness, absolute(size * (1.0 / row[column])))
         growth: Scalar = 0.0
-        for way in ways:
+        for way in [*ways, *along[: len(along) if carried else 0]]:
             for ratio in way.values():
                 growth = greater(growth, absolute(ratio))
-        moved = [shares(tree, at, moving(tree, at, {}, way, ZERO), {}) for way in ways]
-        turning = [tree.of_rotors(way) for way in ways]
         count = range(len(ways))
-        inertia = [
-            [work(moved[k], moved[c]) + product(ways[k], turning[c]) for c in range(k + 1)]
-            for k in count
-        ]
-        if any(is_zero(inertia[k][k]) for k in count):
+
+        def inertia(k: int, c: int) -> Scalar:
+            return work(inertias[c], moved[k]) + product(along[k], turning[c])
+
+        if carried:
+            full = [{c: inertia(k, c) for c in count} for k in count]
+            turned_along = [tree.of_rotors(way) for way in along]
+            alone = [
+                sqrt(
+                    (work(inertias[k], inertias[k]) + product(ways[k], turning[k]))
+                    * (work(moved[k], moved[k]) + product(along[k], turned_along[k]))
+                )
+                for k in count
+            ]
+        else:
+            lower = [[inertia(k, c) for c in range(k + 1)] for k in count]
+            full = [{c: lower[max(k, c)][min(k, c)] for c in count} for k in count]
+            alone = [lower[k][k] for k in count]
+        if any(is_zero(full[k][k]) for k in count):
             raise UnsuitableError
-        full = [{c: inertia[max(k, c)][min(k, c)] for c in count} for k in count]
         factors = eliminated(full, Order([Pivot(k, k, 1.0) for k in reversed(count)]))
         lightness: Scalar = 0.0
         for step in factors.steps:
-            lightness = greater(lightness, absolute(inertia[step.row][step.row] * step.inverse))
+            lightness = greater(lightness, absolute(alone[step.row] * step.inverse))
         judged = error, narrowness, growth, lightness
-        return Free(tree, at, v, told, turned, ways, moved, factors, *judged)
+        return Free(tree, at, v, told, turned, ways, along, moved, factors, *judged)
 
     def accelerations(self, gravity: Vector, efforts: Mapping[int, Scalar]) -> dict[int, Scalar]:
         """Return accelerations by velocity coordinates.
@@ -190,13 +234,18 @@ class Free(NamedTuple):
         efforts = self.tree.beside_rotors(efforts, decided)
         left = [
             product(way, efforts) - work(resisting, own)
-            for way, own in zip(self.ways, self.moved, strict=True)
+            for way, own in zip(self.along, self.moved, strict=True)
         ]
         result = dict(decided)
         for index, amount in self.factors.solve(left).items():
             for rate, ratio in self.ways[index].items():
                 result[rate] = result.get(rate, 0.0) + ratio * amount
         return result
+
+
+def _ways(rows: Sequence[tuple[int, Row]], independent: Sequence[int]) -> list[dict[int, Scalar]]:
+    """Return for each independent column how all move while that one has the rate 1."""
+    return [{rate: 1.0, **_decided(rows, rate)} for rate in independent]
 
 
 def _decided(rows: Sequence[tuple[int, Row]], column: int) -> dict[int, Scalar]:

@@ -232,7 +232,8 @@ def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
         listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
         raise ArgumentError(
             f"shapes do not broadcast: {listed}; for a grid, give each argument an axis of its "
-            "own, as values[:, None] does"
+            "own, as values[:, None] does, or values[:, None, :] where the last axis is that of "
+            "several drives or rows of a task"
         ) from error
 
 

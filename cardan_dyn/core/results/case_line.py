@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...kit.arrays import Array
 from ...kit.quantities import span
 from ..elements.link_loads import Wrench
 
@@ -13,8 +14,23 @@ _MOST = 2
 """Drives, and loads, that are told one by one."""
 
 
+class Lead(NamedTuple):
+    """What moves as given: a drive, or a row of a task.
+
+    Attributes:
+        name: of it.
+        slides: whether it is a length [m]; else it is an angle [rad].
+        position, speed: `(..., )` in the shape of the samples.
+    """
+
+    name: str
+    slides: bool
+    position: Array
+    speed: Array
+
+
 def case_line(turn: Any) -> str:
-    """Return mechanism, drives with their ranges, speeds and loads of a result.
+    """Return mechanism, what moved as given with its ranges and speeds, and loads of a result.
 
     Args:
         turn: a sweep over one dimension, or a trajectory.
@@ -23,8 +39,9 @@ def case_line(turn: Any) -> str:
     if hasattr(turn, "kinetic_energy"):
         drives = [_ends(turn.time, "s")]
     else:
-        drives = [_drive(turn, *item) for item in enumerate(turn.coordinates)]
-    parts = (_counted(drives, "drives"), _counted(loads, "loads"))
+        drives = [_lead(lead) for lead in turn.leads]
+    what = "rows" if hasattr(turn, "rows") else "drives"
+    parts = (_counted(drives, what), _counted(loads, "loads"))
     return f"{turn.mechanism.name}: {', '.join(filter(None, parts))}".removesuffix(": ")
 
 
@@ -32,16 +49,14 @@ def _counted(texts: list[str], what: str) -> str:
     return ", ".join(texts) if len(texts) <= _MOST else f"{len(texts)} {what}"
 
 
-def _drive(turn: Any, column: int, name: str) -> str:
-    """Return where and how fast a drive goes."""
-    position, speed = (
-        np.reshape(values, (len(turn), -1))[:, column] for values in (turn.position, turn.speed)
-    )
-    if turn.mechanism.drivable[name].slides:
-        way, fast = _ends(position, "m"), _ends(speed, "m/s")
+def _lead(lead: Lead) -> str:
+    """Return where and how fast it goes."""
+    if lead.slides:
+        way, fast = _ends(lead.position, "m"), _ends(lead.speed, "m/s")
     else:
-        way, fast = _ends(np.rad2deg(position), "°"), _ends(30.0 / np.pi * speed, "1/min")
-    return f"{name} {way} at {fast}" if np.any(speed) else f"{name} {way}"
+        way = _ends(np.rad2deg(lead.position), "°")
+        fast = _ends(30.0 / np.pi * lead.speed, "1/min")
+    return f"{lead.name} {way} at {fast}" if np.any(lead.speed) else f"{lead.name} {way}"
 
 
 def _load(turn: Any, name: str) -> str:

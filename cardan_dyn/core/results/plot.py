@@ -446,6 +446,9 @@ class MotionPlot(Plot):
         self, x: Any, label: str, table: Table, known: Mapping[str, tuple[Array, str]]
     ) -> Abscissa:
         turn = self._result
+        if self._has_task and isinstance(x, str) and not x:
+            at = self._led()
+            return at._replace(label=label or at.label)
         if isinstance(x, str) and f"{x}.task_position" in known:
             label = label or super()._abscissa(f"{x}.task_position", "", table, known).label
             return super()._abscissa(
@@ -496,15 +499,29 @@ class MotionPlot(Plot):
     def _over(self, x: Any, label: str) -> Abscissa:
         """Return what wrenches are drawn over, without all columns where they are not needed."""
         from ...figures.over_time import times_of
-        from ...figures.wrenches import along
 
         turn = self._result
         if isinstance(x, str) and not x:
-            timed = hasattr(turn, "kinetic_energy") or not turn.coordinates
-            at = times_of(turn) if timed else along(turn, turn.coordinates[0])
+            if hasattr(turn, "kinetic_energy") or not turn.coordinates:
+                at = times_of(turn)
+            else:
+                at = self._led()
             return at._replace(label=label or at.label)
         table = self._table()
         return self._abscissa(x, label, table, table.columns())
+
+    def _led(self) -> Abscissa:
+        """Return the first of what moves as given, of a task the first that varies."""
+        from ...figures.wrenches import led
+
+        leads = self._result.leads
+        varied = [lead for lead in leads if np.ptp(lead.position)] if self._has_task else []
+        return led(*(varied or leads)[0][:3])
+
+    @property
+    def _has_task(self) -> bool:
+        """Whether it is a sweep over rows of a task."""
+        return hasattr(self._result, "rows") and not hasattr(self._result, "kinetic_energy")
 
     def _bearings(self) -> tuple[str, ...]:
         """Return the joints that are asked for first: bearings on the ground, drives and loads."""

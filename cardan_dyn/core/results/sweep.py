@@ -61,6 +61,7 @@ from ..kinematics.loops.idle_rods import rods_of
 from ..problem.acting import Acting
 from ..problem.problem import Problem
 from ..proof.residuals import Proven
+from .case_line import Lead
 from .limits import exceeded
 from .motion import Motion
 from .prescribed import MotionResult
@@ -656,6 +657,18 @@ class Sweep(MotionResult):
     def _placements(self) -> dict[str, tuple[Array, Array]]:
         """Joints to the placements computed so far."""
         return {}
+
+    @property
+    def leads(self) -> list[Lead]:
+        """What moves as given, one by one, for titles and axes of figures."""
+        position, speed = (
+            np.reshape(values, (*self.shape, -1)) for values in (self.position, self.speed)
+        )
+        drivable = self.mechanism.drivable
+        return [
+            Lead(name, drivable[name].slides, position[..., k], speed[..., k])
+            for k, name in enumerate(self.coordinates)
+        ]
 
     def given(self) -> Table:
         """Return drive positions, and what was given besides and varies, without results."""

@@ -19,7 +19,7 @@ well the equations keep the rank that they have where loops are closed.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 import pinocchio
@@ -28,6 +28,7 @@ from ...core.dynamics.chain_tape import ChainTape, ChainTapes
 from ...core.mechanism.mechanism import Mechanism
 from ...core.mechanism.welds import Loop
 from ...kit.arrays import Array, consecutive
+from ...kit.errors import SingularConfigurationError
 from .closed_directions import ClosedDirections, CouplingRows, Curve, rank_of, refuse_open
 from .free_balls import WithBalls
 from .turning_model import in_lengths, turning_model
@@ -62,6 +63,10 @@ _MOVED = (0.02, 0.05)
 """Displacements after which they are closed again to see it."""
 
 
+_Orders: TypeAlias = tuple[tuple[int, ...], ...]
+"""Orders of elimination."""
+
+
 class ConstrainedModel:
     """The constrained chains of a mechanism, as one.
 
@@ -80,6 +85,7 @@ class ConstrainedModel:
         gravity: Array,
         state: Array,
         independent: Sequence[int] = (),
+        resting: Sequence[int] | None = None,
     ) -> None:
         """Make the model.
 
@@ -89,11 +95,12 @@ class ConstrainedModel:
             gravity: `(3,)` [m/s²].
             state: `(size,)` closed coordinates, at which it is scaled.
             independent: velocity coordinates that rather decide others than the other way round.
+            resting: where other joints carry what is prescribed, they and what is held.
         """
         self.mechanism = mechanism
         self.prescribed = np.unique(np.array(prescribed, dtype=int))
         chains = chains_of(mechanism)
-        made_of = self.prescribed.tolist(), gravity, state, tuple(independent)
+        made_of = self.prescribed.tolist(), gravity, state, tuple(independent), resting
         self.chains = [ConstrainedChain(mechanism, chain, *made_of) for chain in chains]
         # A single chain takes and returns rows as they are.
         self._only = self.chains[0] if len(self.chains) == 1 else None
@@ -264,6 +271,7 @@ class ConstrainedChain:
         gravity: Array,
         state: Array,
         independent: Sequence[int] = (),
+        resting: Sequence[int] | None = None,
     ) -> None:
         """Make the model.
 
@@ -274,9 +282,14 @@ class ConstrainedChain:
             gravity: `(3,)` [m/s²].
             state: `(size,)` closed coordinates of the mechanism, at which it is scaled.
             independent: see `ConstrainedModel`.
+            resting: likewise.
         """
-        self._made_of = mechanism, chain, tuple(prescribed), gravity, state, independent
+        self._made_of = mechanism, chain, tuple(prescribed), gravity, state, independent, resting
         self.rounding, self.was_weak, self.closes_stages = 0.0, False, False
+        if resting is not None:
+            resting = np.intersect1d(chain.rates, resting).tolist()
+            if resting == np.intersect1d(chain.rates, prescribed).tolist():
+                resting = None  # No task moves this chain.
         coordinates, length = mechanism.coordinates, mechanism.characteristic_length
         self.prescribed = np.nonzero(np.isin(chain.rates, prescribed))[0]
         rate_scale = coordinates.rate_scale[chain.rates]
@@ -323,21 +336,28 @@ class ConstrainedChain:
             chain.rates[self.prescribed].tolist(),
             gravity,
             self._elsewhere.places / self._of_positions,
+            resting,
         )
-        self._rates = chain.rates[self._free]
+        self._rates, self._decided = chain.rates, [(self._free, self._elsewhere.rank)]
+        if resting is not None:
+            moving = np.nonzero(~np.isin(chain.rates, resting))[0]
+            # Forces balance along as many motions as there are free ones.
+            rank = moving.size - self._free.size + self._elsewhere.rank
+            self._decided.append((moving, rank))
         self._nothing, self._untold = np.zeros(self.model.nv), np.zeros(self.prescribed.size)
-        spared = np.isin(self._rates, independent)
+        spared = [np.isin(chain.rates, independent)] * len(self._decided)
 
-        def best() -> tuple[tuple[int, ...], Array]:
+        def best() -> tuple[_Orders, Array]:
             # The state itself may be singular.
             places = [state, *self._elsewhere.places]
             chosen = [self._dependent(place, spared) for place in places]
             index = max(range(len(places)), key=lambda index: chosen[index][1])
             return chosen[index][0], places[index] / self._of_positions
 
-        dependent, x = kept.of("chain orders", (*place, spared.tobytes()), best)
-        self._spared = ~np.isin(self._rates, dependent)
-        self._main, rest = self._tapes.of(dependent), (self._nothing, self._untold, self._nothing)
+        key = *place, spared[0].tobytes(), resting and tuple(resting)
+        dependent, x = kept.of("chain orders", key, best)
+        self._spared = [~np.isin(chain.rates, order) for order in dependent]
+        self._main, rest = self._tapes.of(*dependent), (self._nothing, self._untold, self._nothing)
         if self._main and self._lent and self._main.rates(x, *rest, at_last=True) is None:
             self._main = None  # A direction moves no mass.
         self._traced = self._main.traced() if self._main is not None else None
@@ -346,24 +366,30 @@ class ConstrainedChain:
         # Pinocchio's data cannot be copied.
         return ConstrainedChain, self._made_of
 
-    def _dependent(self, x: Array, spared: Array) -> tuple[tuple[int, ...], float]:
+    def _dependent(self, x: Array, spared: Sequence[Array]) -> tuple[_Orders, float]:
         """Return what others decide best at a configuration, and how well the last of them.
 
-        Velocity coordinates of the mechanism, in an order of elimination.
+        Velocity coordinates of the mechanism, in an order of elimination; and those while others
+        carry what is prescribed.
 
         Args:
             x: configuration of the model.
-            spared: which of the free coordinates are to be independent.
+            spared: for each of these, which coordinates are to be independent.
         """
         from scipy.linalg import qr  # Only simulations need it.
 
-        rank = self._elsewhere.rank
-        if not rank:
-            return (), 1.0
-        rows = self._every.jacobian(x)[:, self._free] * np.where(spared, _SPARED, 1.0)
-        upper, order = qr(rows, mode="r", pivoting=True, check_finite=False)
-        rates = self._rates[order[:rank]].tolist()
-        return self._tapes.sparse_first(rates), abs(float(upper[rank - 1, rank - 1]))
+        orders: list[tuple[int, ...]] = []
+        worst = 1.0
+        for (columns, rank), kept in zip(self._decided, spared, strict=True):
+            if not rank:
+                orders.append(())
+                continue
+            rows = self._every.jacobian(x)[:, columns] * np.where(kept[columns], _SPARED, 1.0)
+            upper, order = qr(rows, mode="r", pivoting=True, check_finite=False)
+            rates = self._rates[columns[order[:rank]]].tolist()
+            orders.append(self._tapes.sparse_first(rates))
+            worst = min(worst, abs(float(upper[rank - 1, rank - 1])))
+        return tuple(orders), worst
 
     def rates(
         self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
@@ -386,6 +412,15 @@ class ConstrainedChain:
         if found is not None:
             return found
         x = self._tapes.unit(x)
+        if len(self._decided) > 1:
+            raise SingularConfigurationError(
+                "the task is at the end of its reach, or where its ways of working meet"
+                if self.weakness(x) < _WEAK
+                else "no effort of the actuated joints makes the task move as given: where it "
+                "depends on free coordinates, these would have to be accelerated without bound; or "
+                "something moves freely that has no mass, such as a massless rod between two balls "
+                "(write one of its ends as a universal joint)"
+            )
         solve = self._by_rank.accelerations if self._lent else self._by_rank.forced
         a = solve(
             x * self._of_positions,
@@ -414,7 +449,7 @@ class ConstrainedChain:
         if self._elsewhere.weakness(self._every, place) < _WEAK:
             self.was_weak = True
             return None
-        return self._tapes.of(self._dependent(place, self._spared)[0])
+        return self._tapes.of(*self._dependent(place, self._spared)[0])
 
     def weakness(self, x: Array) -> float:
         """Return how strong the weakest closure equation is that is not redundant.

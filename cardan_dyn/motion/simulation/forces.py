@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -41,8 +41,10 @@ class Named(Mapping[str, float]):
 class StateNames:
     """Reads states by the names of their coordinates."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, known: Collection[str] | None = None) -> None:
         named = mechanism.coordinates.named.items()
+        if known is not None:
+            named = {name: item for name, item in named if name in known}.items()
         self._columns = {name: item.column for name, item in named}
         self._rates = {name: item.rate for name, item in named}
 
@@ -125,6 +127,7 @@ class Forces:
         link_loads: Mapping[str, LinkLoad],
         functions: Mapping[str, StateFunction],
         elements: Sequence[Element] = (),
+        known: Collection[str] | None = None,
     ) -> None:
         """Make the forces.
 
@@ -134,10 +137,11 @@ class Forces:
             link_loads: links to constant wrenches, `(3,)` each.
             functions: joints or links to functions of what acts there; instead of the constant.
             elements: force elements of the scene.
+            known: names by which functions may read states; all if None.
         """
-        self._mechanism = mechanism
+        self._mechanism, self._known = mechanism, known
         coordinates = mechanism.coordinates
-        self.names = StateNames(mechanism)
+        self.names = StateNames(mechanism, known)
         self._constant = np.zeros(mechanism.model.nv)
         for name, effort in joint_loads.items():
             if name not in functions:
@@ -277,7 +281,8 @@ class Forces:
     def _with(self, elements: Sequence[Element]) -> Forces:
         functions = {name: function for name, _, function in self._joint_functions}
         functions.update(self._link_functions)
-        return Forces(self._mechanism, self.joint_loads, self.link_loads, functions, elements)
+        loads = self.joint_loads, self.link_loads, functions
+        return Forces(self._mechanism, *loads, elements, self._known)
 
     def all_efforts(self, mechanism: Mechanism, times: Array, x: Array, v: Array) -> Array:
         """Return the efforts `(N, nv)` at N states, see `sampled` for them."""

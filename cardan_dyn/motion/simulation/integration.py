@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple, Protocol
 
@@ -154,6 +154,7 @@ class Integration:
         step: float | None = None,
         longest: float = np.inf,
         crossings: Crossings | None = None,
+        stops: Sequence[float] = (),
         is_stiff: Judge | None = None,
     ) -> None:
         """Start an integration at time 0.
@@ -168,6 +169,7 @@ class Integration:
             step: length of all steps [s]; chosen by the error if None.
             longest: step that is allowed then [s].
             crossings: finds those of the constraints, over which steps lead; None if there is none.
+            stops: times [s], ascending, after which derivatives are others: steps end there.
             is_stiff: judges a row now and then, None if only the steps themselves tell.
         """
         self.equations, self.method, self.crossings = equations, method, crossings
@@ -175,6 +177,7 @@ class Integration:
         self.stiff_from: float | None = None
         self.strictness = 1.0
         self._duration, self._step, self._longest = duration, step, longest
+        self._stops = list(stops)
         self._rtol, self._atol = rtol, np.asarray(atol)
         self._is_cut = False
         self._stepper: Stepper | ImplicitStepper | None = None
@@ -187,7 +190,8 @@ class Integration:
         # Equations work in one set of memory; of threads that share a trajectory, one reads it.
         self._lock = threading.RLock()
         y = equations.wrap(y)
-        self.points = [Point(0.0, y, equations.turns, equations.derivative(0.0, y))]
+        rate = equations.derivative(self._resumed(0.0), y)
+        self.points = [Point(0.0, y, equations.turns, rate)]
 
     def __getstate__(self) -> dict[str, Any]:
         # What was integrated can be copied; what could go on holds functions.
@@ -217,8 +221,8 @@ class Integration:
         asked: dict[str, Any] = {"rtol": rtol, "atol": atol, "longest": longest, "length": length}
         derivative = self.equations.derivative
         if self.method == "DOP853":
-            return Stepper(derivative, self._duration, **asked, traced=self.equations.traced)
-        return ImplicitStepper(derivative, self._duration, jacobian=self._jacobian, **asked)
+            return Stepper(derivative, self._end, **asked, traced=self.equations.traced)
+        return ImplicitStepper(derivative, self._end, jacobian=self._jacobian, **asked)
 
     def _jacobian(self, time: float, y: Array) -> Array:
         """Return the derivatives `(n, n)` of the rates, by differences.
@@ -248,6 +252,23 @@ class Integration:
                     break
                 coarse = fine
         return jacobian
+
+    @property
+    def _end(self) -> float:
+        """Time at which steps end: so far before a stop that no stage is rounded beyond it."""
+        if not self._stops:
+            return self._duration
+        return self._stops[0] - 2.0 * float(np.spacing(self._stops[0]))
+
+    def _resumed(self, time: float) -> float:
+        """Return the time from which to go on, after a stop where steps have led to one."""
+        if not self._stops or time < self._end:
+            return time
+        return self.after(self._stops.pop(0))
+
+    def after(self, stop: float) -> float:
+        """Return the first time after a stop: what holds there holds for the next step."""
+        return float(np.nextafter(stop, np.inf))
 
     @property
     def time(self) -> float:
@@ -301,6 +322,8 @@ class Integration:
         self.steps.append(step)
         wrapped = equations.wrap(y)
         self.points.append(Point(time, wrapped, equations.turns, rate))
+        if (resumed := self._resumed(time)) > time:
+            self.restart(self.points[-1]._replace(time=resumed))
         if not self.is_running:
             return None
         is_explicit = isinstance(stepper, Stepper)
@@ -350,7 +373,7 @@ class Integration:
             if crosses:
                 length = (crossing - start) / lead
             end = start + length if crosses else crossing - lead * length
-            if end > self._duration:
+            if end > self._end:
                 break
             with crossings.stages_closed():
                 loosely = crosses and length <= shortest

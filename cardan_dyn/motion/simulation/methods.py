@@ -215,6 +215,7 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
         step=setup.step,
         longest=setup.longest_step,
         crossings=crossings,
+        stops=sorted({time for times in setup.kinks.values() for time in times}),
         is_stiff=None
         if following or setup.forces.is_nothing
         else _judge(setup, system, unit, system.size),
@@ -257,10 +258,12 @@ def _model(setup: Setup) -> ConstrainedModel:
     problem = setup.solver.problem
     coordinates = problem.mechanism.coordinates
     rates = coordinates.rates_of((*setup.motions, *problem.held))
-    mechanism = with_free_balls(problem.mechanism, rates, setup.forces.bodies)
+    carried = coordinates.rates_of(setup.carried)
+    mechanism = with_free_balls(problem.mechanism, [*rates, *carried], setup.forces.bodies)
     x = mechanism.row(setup.x) if isinstance(mechanism, WithBalls) else setup.x
     independent = coordinates.rates_of(problem.independent)
-    return ConstrainedModel(mechanism, rates, problem.gravity, x, independent)
+    resting = [*carried, *coordinates.rates_of(problem.held)] if carried else None
+    return ConstrainedModel(mechanism, rates, problem.gravity, x, independent, resting)
 
 
 class _End(NamedTuple):
@@ -322,13 +325,19 @@ def _trajectory(
     notes += _lingering(setup, run)
     if integration.crossings is not None:
         notes += integration.crossings.notes(setup.rtol)
+    kinks = [
+        Happened(f"kink of {name}", integration.after(time))
+        for name, times in setup.kinks.items()
+        for time in times
+        if time < integration.time
+    ]
     course = Course(
         setup,
         run,
         start or setup.start,
         method,
         ended.reason,
-        tuple(ended.events),
+        tuple(sorted([*ended.events, *kinks], key=lambda event: event.time)),
         tuple(notes),
         integration.equations.evaluations,
         contacts.closed(integration.time) if contacts else (),

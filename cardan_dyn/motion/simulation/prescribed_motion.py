@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -67,10 +68,12 @@ class Written:
     Attributes:
         label: of messages.
         functions: one that returns all three, or three of them.
+        kinks: times [s] after which its acceleration is another.
     """
 
     label: str
     functions: tuple[Callable[[float], Any], ...]
+    kinks: tuple[float, ...] = ()
 
     def __call__(self, time: float) -> tuple[float, float, float]:
         """Return position, speed and acceleration.
@@ -155,10 +158,12 @@ def prescribed_motion(name: str, value: Any, duration: float) -> Motion:
         ArgumentError: none of these, not finite, or derivatives that are none.
     """
     label = f"motion[{name!r}]"
+    if isinstance(value, Written):
+        return value  # It was checked where it comes from.
     if callable(value):
-        return _checked(label, Written(label, (value,)), duration)
+        return _checked(Written(label, (value,)), duration)
     if isinstance(value, Sequence) and len(value) == 3 and all(map(callable, value)):
-        return _checked(label, Written(label, tuple(value)), duration)
+        return _checked(Written(label, tuple(value)), duration)
     if isinstance(value, Sequence) and len(value) == 2 and not isinstance(value, (str, bytes)):
         times, positions = value
         return _spline(label, times, positions, duration)
@@ -203,28 +208,64 @@ def _spline(label: str, times: Any, positions: Any, duration: float) -> Motion:
     return Spline(position, position.derivative(1), position.derivative(2))
 
 
-def _checked(label: str, motion: Motion, duration: float) -> Motion:
-    """Return a motion after its derivatives were compared with it."""
-    times = np.linspace(0.0, duration, _SAMPLES + 1)
+def _checked(motion: Written, duration: float) -> Written:
+    """Return a motion with its kinks, after its derivatives were compared with it."""
+    label = motion.label
+    # Kinks tend to be at round parts of the duration, where two intervals would part them.
+    inner = (np.arange(_SAMPLES) + np.sqrt(0.5)) / _SAMPLES
+    times = duration * np.concatenate([[0.0], inner, [1.0]])
     ends = np.array([motion(time) for time in times.tolist()])
     if not np.all(np.isfinite(ends)):
         bad = times[int(np.argmax(~np.all(np.isfinite(ends), axis=1)))]
         raise ArgumentError(f"{label} is not finite at time {bad:g} s")
-    for order, what in ((0, "speed"), (1, "acceleration")):
-        scale = max(float(np.max(np.abs(ends[:, order + 1]))), 1e-300)
-        for first, last in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
-            time = _jump(motion, order, first, last, scale)
-            if time is not None:
+    speed, acceleration = np.maximum(np.max(np.abs(ends[:, 1:]), axis=0), 1e-300).tolist()
+    beside = float(np.nextafter(0.0, 1.0)), float(np.nextafter(duration, 0.0))
+    jumps = [
+        abs(motion(one)[2] - motion(other)[2]) > _DIFFERENCE * acceleration
+        for one, other in ((0.0, beside[0]), (duration, beside[1]))
+    ]
+    kinks = [0.0] * jumps[0]
+    for first, last in pairwise(times.tolist()):
+        if (found := _jump(motion, 0, first, last, speed)) is not None:
+            raise ArgumentError(
+                f"{label}: its speed is not the derivative of its position near time "
+                f"{found[0]:g} s, or jumps there"
+            )
+        while (found := _jump(motion, 1, first, last, acceleration)) is not None:
+            width = found[1] - found[0]
+            around = (found[0] - width, found[0]), (found[1], found[1] + width)
+            if any(
+                _quadrature_error(motion, 1, *part) > _DIFFERENCE * acceleration for part in around
+            ):
                 raise ArgumentError(
-                    f"{label}: its {what} is not the derivative of its "
-                    f"{('position', 'speed')[order]} near time {time:g} s, or jumps there; "
-                    "prescribed motion needs continuous second derivatives"
+                    f"{label}: its acceleration is not the derivative of its speed near time "
+                    f"{found[0]:g} s"
                 )
-    return motion
+            kink = _before_jump(motion, *found)
+            kinks.append(kink)
+            first = float(np.nextafter(kink, last))
+    return replace(motion, kinks=(*kinks, *(beside[1:] * jumps[1])))
 
 
-def _jump(motion: Motion, order: int, first: float, last: float, scale: float) -> float | None:
-    """Return where a derivative is not that of a motion within an interval, None if nowhere."""
+def _before_jump(motion: Motion, before: float, after: float) -> float:
+    """Return the last time before the acceleration jumps, within an interval in which it does."""
+    left, right = motion(before)[2], motion(after)[2]
+    while before < (middle := 0.5 * (before + after)) < after:
+        there = motion(middle)[2]
+        if abs(there - left) < abs(there - right):
+            before = middle
+        else:
+            after = middle
+    return before
+
+
+def _jump(
+    motion: Motion, order: int, first: float, last: float, scale: float
+) -> tuple[float, float] | None:
+    """Return between which times within an interval a derivative is not that of a motion.
+
+    None if it is throughout.
+    """
     for _ in range(_HALVINGS):
         middle = 0.5 * (first + last)
         error = [
@@ -234,7 +275,7 @@ def _jump(motion: Motion, order: int, first: float, last: float, scale: float) -
         if error[worst] <= _DIFFERENCE * scale:
             return None
         first, last = ((first, middle), (middle, last))[worst]
-    return 0.5 * (first + last)
+    return first, last
 
 
 def _quadrature_error(motion: Motion, order: int, first: float, last: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +18,7 @@ from ...kit.errors import ArgumentError
 from .crossings import notes_of_rounding, refuse_rounding
 from .events import Watched, watched
 from .forces import Forces, StateFunction, state_function
-from .prescribed_motion import begun_at, prescribed_motions
+from .prescribed_motion import Written, begun_at, prescribed_motions
 from .progress import Progress
 from .recorded_contact import RecordedContact
 from .start_state import closed_start, drive_positions, rounding_of_speeds
@@ -48,10 +49,13 @@ class Setup:
         rtol, atol: tolerances of a step; atol for angles and lengths as fractions.
         method: that is asked for, None if any suits.
         step: length of all steps [s]; None where the error decides.
+        kinks: prescribed drives to the times [s] after which their acceleration is another.
         events: to be located.
         progress: shows how far it got.
         settle: whether fast modes rest at the start.
         max_touches: of pins in their bushes, after which it ends.
+        carried: joints whose efforts make the prescribed drives move, and what rests while they
+            act; none if these move by themselves.
         notes: what is known of it before it begins.
     """
 
@@ -66,10 +70,12 @@ class Setup:
     atol: float
     method: str | None
     step: float | None
+    kinks: dict[str, tuple[float, ...]]
     events: list[Watched]
     progress: Progress
     settle: bool
     max_touches: int
+    carried: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -107,7 +113,7 @@ class Setup:
         return self.duration / _FEWEST_STEPS if has_functions else np.inf
 
 
-def _with_all_loops(solver: ProblemSolver) -> ProblemSolver:
+def with_all_loops(solver: ProblemSolver) -> ProblemSolver:
     """Return the solver that closes all loops, and keeps the outputs where they need all."""
     decided = set(solver.assembly.decided.tolist())
     if decided.issuperset(solver.problem.passive_columns.tolist()):
@@ -145,13 +151,17 @@ def setup_of(
     events: Any = (),
     max_touches: Any = 100_000,
     progress: Any = None,
+    carried: tuple[str, ...] = (),
+    known: Collection[str] | None = None,
 ) -> Setup:
     """Return a simulation after all its arguments were checked, but for the method.
+
+    These are those of `Scene.simulate`, but for `carried`, see `Setup`, and `known`, see `Forces`.
 
     Raises:
         ArgumentError, ModelError, AssemblyError, SingularConfigurationError: see `Scene.simulate`.
     """
-    solver = _with_recorded_contacts(_with_all_loops(scene_solver))
+    solver = _with_recorded_contacts(with_all_loops(scene_solver))
     problem = solver.problem
     duration = positive("duration", duration)
     if duration < _BRIEFEST:
@@ -188,15 +198,17 @@ def setup_of(
         x=begun.x[0].copy(),
         turns=begun.turns[0].copy(),
         v=v,
-        forces=forces_of(solver, loads),
+        forces=forces_of(solver, loads, known),
         rtol=rtol,
         atol=rtol if atol is None else positive("atol", atol),
         method=method,
         step=None if step is None else positive("step", step),
+        kinks={name: item.kinks for name, item in motions.items() if isinstance(item, Written)},
         events=watched(events),
         progress=Progress(progress, duration),
         settle=flag("settle", settle),
         max_touches=whole("max_touches", max_touches),
+        carried=carried,
         notes=tuple(notes_of_rounding(rounding, rtol)),
     )
 
@@ -224,8 +236,15 @@ def refuse_distances(fastest: float, duration: float, reach: float = 1.0) -> Non
         )
 
 
-def forces_of(solver: ProblemSolver, loads: Any = None) -> Forces:
+def forces_of(
+    solver: ProblemSolver, loads: Any = None, known: Collection[str] | None = None
+) -> Forces:
     """Return what acts, with the loads of the simulation instead of those of the scene.
+
+    Args:
+        solver: of the scene.
+        loads: see `Scene.simulate`.
+        known: see `Forces`.
 
     Raises:
         ArgumentError, ModelError: see `Scene.simulate`.
@@ -251,4 +270,4 @@ def forces_of(solver: ProblemSolver, loads: Any = None) -> Forces:
         if load.force.size != 3 or load.moment.size != 3:
             raise ArgumentError(f"loads[{name!r}]: a simulation takes one wrench, or a function")
     loads_on = acting.joint_loads, acting.link_loads
-    return Forces(problem.mechanism, *loads_on, functions, problem.elements)
+    return Forces(problem.mechanism, *loads_on, functions, problem.elements, known)

@@ -13,7 +13,7 @@ from ...core.elements.stepping import Traced
 from ...kit.arrays import Array
 from ...kit.errors import SingularConfigurationError
 from .constrained_model import ConstrainedModel
-from .forces import Forces, Named, StateNames
+from .forces import Forces, Named
 from .free_balls import WithBalls
 from .turning_model import turning_model
 
@@ -87,7 +87,7 @@ class System:
         )
         start = free.row(start) if free else start
         named = self.mechanism.coordinates.named
-        self._names = StateNames(self.mechanism)
+        self._names = forces.names
         self.size = coordinates.size
         self.turns, self.evaluations = np.zeros(self.size), 0
         self._balls = coordinates.balls[0].tolist()

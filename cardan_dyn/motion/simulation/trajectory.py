@@ -286,7 +286,7 @@ class Trajectory(MotionResult):
         if not np.isfinite(allowed):
             return notes
         is_all = np.array_equal(self.time, self._run.times)
-        of_all = self if is_all else Trajectory(course, self._run.times)
+        of_all = self if is_all else type(self)(course, self._run.times)
         try:
             residual = of_all.energy_residual
         except CardanError as error:
@@ -308,7 +308,7 @@ class Trajectory(MotionResult):
         known |= {
             name: self.__dict__[name] for name in ("work", "_misfit") if name in self.__dict__
         }
-        return made, (Trajectory, {"course": self._course, "time": self.time}, known)
+        return made, (type(self), {"course": self._course, "time": self.time}, known)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -342,7 +342,7 @@ class Trajectory(MotionResult):
                 f"times from {np.min(values):g} to {np.max(values):g} s reach beyond the "
                 f"simulation, 0 to {end:g} s"
             )
-        return Trajectory(self._course, np.minimum(values, end))
+        return type(self)(self._course, np.minimum(values, end))
 
     def evenly(self, count: int) -> Trajectory:
         """Return the same simulation at equidistant times, as an animation shows it.
@@ -582,8 +582,9 @@ class Trajectory(MotionResult):
 
     @property
     def _prescribed(self) -> tuple[str, ...]:
-        """Names of the drives whose motion was prescribed."""
-        return tuple(self._course.setup.motions)
+        """Names of the drives whose motion was prescribed, or which carry what was."""
+        setup = self._course.setup
+        return setup.carried or tuple(setup.motions)
 
     @property
     def steps(self) -> Array:
