@@ -521,7 +521,8 @@ def test_shapes_that_broadcast(
 def test_shapes_that_do_not_broadcast_are_all_named() -> None:
     message = (
         r"^shapes do not broadcast: position \(7,\), loads\['x'\] \(5,\), held\['y'\] \(2, 1\); "
-        r"for a grid, give each argument an axis of its own, as values\[:, None\] does$"
+        r"for a grid, give each argument an axis of its own, as values\[:, None\] does, "
+        r"or values\[:, None, :\] where the last axis is that of several drives or rows of a task$"
     )
     shapes = {"position": (7,), "speed": (), "loads['x']": (5,), "held['y']": (2, 1)}
     with pytest.raises(cd.ArgumentError, match=message):

@@ -185,7 +185,7 @@ def test_each_number_that_is_refused_is_named(joint_turn: cd.Sweep) -> None:
 def test_only_lines_of_samples_are_shown(joint: cd.Mechanism) -> None:
     scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.3})
     grid = scene.response().sweep(np.zeros((2, 1)), speed=[1.0, 2.0, 3.0])
-    with pytest.raises(cd.ArgumentError, match="takes a sweep over one dimension"):
+    with pytest.raises(cd.ArgumentError, match="show sweeps over one dimension"):
         cd.view(grid)
 
 
