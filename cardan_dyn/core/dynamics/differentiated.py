@@ -132,14 +132,12 @@ class Pattern(NamedTuple):
         seeded: rows of `Prescribed` that change besides, with what elements exert.
         weighted: rows of results that are weighted, where derivatives are found backwards; None
             where they are found forwards.
-        slopes: returns derivatives of numbers of the tree and of links, see `slopes_of`.
         of_stress: whether a self-stress is differentiated, in place of what is found.
     """
 
     parameters: Sequence[Parameter]
     seeded: Sequence[int]
     weighted: Sequence[int] | None
-    slopes: Callable[[Sequence[OfOrigin]], Mapping[str, Numbers]]
     of_stress: bool = False
 
 
@@ -153,7 +151,13 @@ class _Derivatives(Tape):
     """
 
     def __init__(
-        self, equations: Equations, order: Order, shadows: Array, acting: Array, of: Pattern
+        self,
+        equations: Equations,
+        order: Order,
+        shadows: Array,
+        acting: Array,
+        of: Pattern,
+        origins: Callable[[Sequence[OfOrigin]], Mapping[str, Numbers]],
     ) -> None:
         """Trace the derivatives.
 
@@ -163,13 +167,14 @@ class _Derivatives(Tape):
             shadows: see `Tape`.
             acting: see `Tape`.
             of: what changes.
+            origins: returns derivatives of numbers of the tree and of links, see `slopes_of`.
         """
         self.order, self.acting, self._shadows = order, acting, shadows
         in_turn()
         with Trace() as trace:
             own = [trace.input(f"p{k}", 0.0, uniform=True) for k in range(len(of.parameters))]
             tree, links, adding = equations.tree, equations.links, dict[int, list[Mass]]()
-            slopes = of.slopes([item for item in of.parameters if isinstance(item, OfOrigin)])
+            slopes = origins([item for item in of.parameters if isinstance(item, OfOrigin)])
             for change, item in zip(own, of.parameters, strict=True):
                 if isinstance(item, OfOrigin):
                     tree, links = moved((tree, links), slopes[item.name], change)
@@ -186,7 +191,12 @@ class _Derivatives(Tape):
             self._zeros = np.zeros((len(trace.inputs), 1))
             given, x, _ = self.traced(trace)
             position = Position.of(tree, equations.roles, given.x, given.offsets, order)
-            solved = self._solved(position, given, pushed, of.of_stress)
+            pushes = [LinkForce(k, None, ZERO, (*x[:3],), (*x[3:],)) for k, x in pushed.items()]
+            loaded = given._replace(link_forces=[*given.link_forces, *pushes])
+            if of.of_stress:
+                solved = stressed_at(position, tree, equations.roles)
+            else:
+                solved = solved_at(position, tree, equations.roles, loaded)
             differential, inputs = Differential(trace), trace.inputs
             variables = [
                 inputs[item.input] if isinstance(item, OfColumn | OfRow) else change
@@ -226,24 +236,6 @@ class _Derivatives(Tape):
                     each.pop(NOTHING, None)
                 written = differential.backwards(directions, [*by, *seeded], [unstable])
             self._program, self.places = written
-
-    def _solved(
-        self,
-        position: Position,
-        given: Given,
-        pushed: Mapping[int, Sequence[Scalar]],
-        is_stress: bool,
-    ) -> Solved:
-        """Return what is found at a sample, or a self-stress; bodies are pushed besides."""
-        tree, roles = self.equations.tree, self.equations.roles
-        if is_stress:
-            return stressed_at(position, tree, roles)
-        pushes = [
-            LinkForce(body, None, ZERO, tuple(row[:3]), tuple(row[3:]))
-            for body, row in pushed.items()
-        ]
-        loaded = given._replace(link_forces=[*given.link_forces, *pushes])
-        return solved_at(position, tree, roles, loaded)
 
     def _exerted(
         self,
@@ -385,7 +377,7 @@ class Samples:
         """
         seeded = tuple(seeds[0]) if seeds else ()
         others = [np.reshape([*of.values()], (-1, self._x.shape[1])) for of in seeds]
-        of = Pattern(parameters, seeded, None, self._origins)
+        of = Pattern(parameters, seeded, None)
         runs = self._runs(of, others)
         changes = []
         each = zip(_greatest(runs), self.picked(parameters), strict=True)
@@ -418,7 +410,7 @@ class Samples:
         if not (turning and self.equations.are_stressed):
             return picked
         own = [parameters[k] for k in turning]
-        runs = self._runs(Pattern(own, (), None, self._origins, True), (), self._some)
+        runs = self._runs(Pattern(own, (), None, True), (), self._some)
         for k, item, told in zip(turning, own, _greatest(runs), strict=True):
             rates = told[: self._found] * self._sizes
             # Rounding of how it turns is beside how fast all of it does.
@@ -441,7 +433,7 @@ class Samples:
         (weighted,) = sizes.nonzero()
         # A sum of all with generic weights tells, backwards, which parameters are worth a look.
         generics = generic(len(weighted), 1) * sizes[weighted, None]
-        of = Pattern(own, (), tuple(weighted.tolist()), self._origins, True)
+        of = Pattern(own, (), tuple(weighted.tolist()), True)
         rates = _greatest(self._runs(of, [generics], self._some))[0]
         units = np.array([self._inverse_unit(item) for item in own])
         doubtful = [own[k] for k in np.flatnonzero(~(rates <= UNIQUE_TOLERANCE * units))]
@@ -501,7 +493,7 @@ class Samples:
             `(k, N)` derivatives by parameters, then by these rows; and for each of them the
             greatest rate at which closure errors grow, in units of the mechanism.
         """
-        of = Pattern(parameters, seeded, tuple(weights), self._origins)
+        of = Pattern(parameters, seeded, tuple(weights))
         runs = self._runs(of, [np.reshape([*weights.values()], (-1, self._x.shape[1]))])
         result = np.zeros((len(parameters) + len(seeded), self._x.shape[1]))
         for tape, part in runs:
@@ -539,7 +531,7 @@ class Samples:
             # What compliances decide is chosen where a tape is traced, see `orders_at`.
             at = b"" if is_own and not self.equations.roles.compliances else shadows.tobytes()
             own = *key, tuple(order.places), at
-            make = partial(_Derivatives, self.equations, order, shadows, acting, of)
+            make = partial(_Derivatives, self.equations, order, shadows, acting, of, self._origins)
             try:
                 tape = kept.of("derivatives", own, make)
             except UnsuitableError:

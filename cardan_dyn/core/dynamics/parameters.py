@@ -193,7 +193,10 @@ def _own(item: OfOrigin, mechanism: Mechanism, numbers: Numbers, slopes: Any) ->
     bodies = []
     for index, (body, joint) in enumerate(zip(tree.bodies, joints, strict=True)):
         of = Body(*of_tree.bodies[index])
-        placed = {name: own(getattr(of, name), body.parent, joint) for name in _PLACED}
+        placed = {
+            name: own(getattr(of, name), body.parent, joint)
+            for name in ("rotation", "translation", "axis")
+        }
         masses = own(of.masses, *ends.get(joint, (index, "")))
         bodies.append(of._replace(**placed, masses=masses))
     welds = tuple(
@@ -206,10 +209,6 @@ def _own(item: OfOrigin, mechanism: Mechanism, numbers: Numbers, slopes: Any) ->
         nothing._replace(axes=axes, bodies=tuple(bodies), loops=welds),
         tuple(own(of, link.body) for link, of in zip(links, of_links, strict=True)),
     )
-
-
-_PLACED = "rotation", "translation", "axis"
-"""Numbers of a body that tell where its joint lies on the parent."""
 
 
 def joints_of(mechanism: Mechanism) -> list[str]:
@@ -238,9 +237,7 @@ def _slope(values: Sequence[Any], weights: Sequence[float]) -> Any:
     if isinstance(first, tuple):
         return tuple(_slope(items, weights) for items in zip(*values, strict=True))
     if isinstance(first, np.ndarray):
-        return _slope([tuple(value.tolist()) for value in values], weights)
-    if isinstance(first, list):
-        return _slope([tuple(value) for value in values], weights)
+        return _slope([*map(tuple, values)], weights)
     if not isinstance(first, float):
         return 0.0
     terms = [value * weight for value, weight in zip(values, weights, strict=True)]
