@@ -39,7 +39,10 @@ class Still:
         motion: of one sample.
         elements: the force elements that are drawn.
         time: at which actuators act [s].
+        shape: of the samples, like that of a sweep.
     """
+
+    shape = (1,)
 
     def __init__(self, configuration: Configuration, elements: Sequence[Element] = ()) -> None:
         """Take a configuration.
