@@ -231,20 +231,24 @@ def _checked(motion: Written, duration: float) -> Written:
                 f"{label}: its speed is not the derivative of its position near time "
                 f"{found[0]:g} s, or jumps there"
             )
-        while (found := _jump(motion, 1, first, last, acceleration)) is not None:
+        parts = [(first, last)]
+        while parts:
+            part = parts.pop()
+            if (found := _jump(motion, 1, *part, acceleration)) is None:
+                continue
             width = found[1] - found[0]
             around = (found[0] - width, found[0]), (found[1], found[1] + width)
-            if any(
-                _quadrature_error(motion, 1, *part) > _DIFFERENCE * acceleration for part in around
-            ):
+            beside_it = [_quadrature_error(motion, 1, *side) for side in around]
+            scale = max(acceleration, *(greatest for _, greatest in beside_it))
+            if any(error > _DIFFERENCE * scale for error, _ in beside_it):
                 raise ArgumentError(
                     f"{label}: its acceleration is not the derivative of its speed near time "
                     f"{found[0]:g} s"
                 )
             kink = _before_jump(motion, *found)
             kinks.append(kink)
-            first = float(np.nextafter(kink, last))
-    return replace(motion, kinks=(*kinks, *(beside[1:] * jumps[1])))
+            parts += [(part[0], kink), (float(np.nextafter(kink, last)), part[1])]
+    return replace(motion, kinks=(*sorted(kinks), *(beside[1:] * jumps[1])))
 
 
 def _before_jump(motion: Motion, before: float, after: float) -> float:
@@ -268,9 +272,12 @@ def _jump(
     """
     for _ in range(_HALVINGS):
         middle = 0.5 * (first + last)
-        error = [
+        halves = [
             _quadrature_error(motion, order, *pair) for pair in ((first, middle), (middle, last))
         ]
+        # What is short beside the intervals is larger inside of one than at all of their ends.
+        scale = max(scale, *(greatest for _, greatest in halves))
+        error = [of_half for of_half, _ in halves]
         worst = int(np.argmax(error))
         if error[worst] <= _DIFFERENCE * scale:
             return None
@@ -278,10 +285,11 @@ def _jump(
     return first, last
 
 
-def _quadrature_error(motion: Motion, order: int, first: float, last: float) -> float:
-    """Return the mean difference of a derivative from that of a motion over an interval."""
+def _quadrature_error(motion: Motion, order: int, first: float, last: float) -> tuple[float, float]:
+    """Return the mean difference of a derivative from that of a motion, and its greatest value."""
     nodes, weights = np.polynomial.legendre.leggauss(5)
     half = 0.5 * (last - first)
     inner: Array = np.array([motion(first + half * (1.0 + node))[order + 1] for node in nodes])
     gained = motion(last)[order] - motion(first)[order]
-    return abs(float(weights @ inner) * half - gained) / (2.0 * half)
+    error = abs(float(weights @ inner) * half - gained) / (2.0 * half)
+    return error, float(np.max(np.abs(inner)))

@@ -127,3 +127,21 @@ def test_drives_alone_are_moved_and_all_of_them() -> None:
         prescribed_motions(("a",), (), {"a": 1.0}, 1.0)
     with pytest.raises(cd.ArgumentError, match="motion is 3"):
         prescribed_motions(("a",), ("d",), 3, 1.0)
+
+
+@pytest.mark.parametrize("duration", [1.0, 1.7, 5.0])
+@pytest.mark.parametrize("width", [0.5, 0.05, 0.02, 0.01])
+def test_both_ends_of_a_short_bump_are_kinks(duration: float, width: float) -> None:
+    begin = 0.123
+
+    def bump(time: float) -> tuple[float, float, float]:
+        if not begin < time < begin + width:
+            return 0.0, 0.0, 0.0
+        rate = 2.0 * np.pi / width
+        turn = rate * (time - begin)
+        return 1.0 - np.cos(turn), rate * np.sin(turn), rate**2 * np.cos(turn)
+
+    found = getattr(prescribed_motion("lift", bump, duration), "kinks", None)
+    assert found == pytest.approx([begin, begin + width], abs=1e-15)
+    with pytest.raises(cd.ArgumentError, match="its speed is not the derivative"):
+        prescribed_motion("lift", lambda time: (bump(time)[0], 1.1 * bump(time)[1], 0.0), duration)
