@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.results.derivative import Derivative
 from ..core.results.sweep import Sweep
-from ..kit.arrays import EPS, Array
+from ..kit.arrays import Array
 from ..kit.checks import described, mapping, number, whole
 from ..kit.errors import (
     AccuracyError,
@@ -120,17 +120,29 @@ class DesignVariables:
         """
         return Quantity(self, value, change)
 
-    def review(self, result: Any, constraints: Sequence[Mapping[str, Any]] = ()) -> Optimum:
+    def review(
+        self,
+        result: Any,
+        constraints: Sequence[Mapping[str, Any]] = (),
+        *,
+        within: float = 1e-3,
+    ) -> Optimum:
         """Return how good a solver's result is, and what limits it.
 
         Args:
             result: of `minimize` or `least_squares`.
             constraints: as `minimize` had them: mappings with `type`, `fun` and `jac`.
+            within: how near a limit must be to push back [widths of the bounds]. Solvers end
+                before the limits that they lean on, or behind them; `optimality` counts how far.
+
+        Raises:
+            ArgumentError: `within` is no number, or negative.
 
         Source: Karush (1939), Kuhn and Tucker (1951).
         """
         from scipy.optimize import nnls
 
+        within = number("within", within, least=0.0)
         x, count = np.asarray(result.x), 2 * len(self.names)
         gradient = np.ravel(result.grad if "grad" in result else result.jac)
         rows: list[tuple[str, Array, float]] = []
@@ -143,19 +155,16 @@ class DesignVariables:
                 rows += [(label, slope, apart)]
                 rows += [(label, -slope, -apart)] * (item["type"] == "eq")
         felt = gradient.astype(bool) | np.any([slope for _, slope, _ in rows[count:]], axis=0)
-        # Reached: no farther away than half of the digits of the bounds. SciPy wants one at least.
-        reached = [("", np.zeros(len(x)))]
-        reached += [
-            (name, slope)
-            for name, slope, apart in rows
-            if apart <= np.sqrt(EPS) * np.linalg.norm(slope)
-        ]
-        called, pushing = zip(*reached, strict=True)
+        # SciPy wants one at least.
+        reached = [("", np.zeros(len(x)), 0.0)]
+        reached += [row for row in rows if row[2] <= within * np.linalg.norm(row[1])]
+        called, pushing, room = zip(*reached, strict=True)
         multipliers, left_over = nnls(np.transpose(pushing), gradient)
         limits = zip(called, multipliers.tolist(), strict=True)
         return Optimum(
             values=self.values(x),
-            optimality=float(left_over),
+            # Along d, what was missed not growing: -gradient·d <= left over |d| + multipliers·room.
+            optimality=float(left_over + multipliers @ np.maximum(room, 0.0)),
             violation=max((-float(apart) for _, _, apart in rows[count:]), default=0.0),
             limits=frozen({name: value for name, value in limits if value}),
             idle=tuple(name for name, moves in zip(self.names, felt, strict=False) if not moves),
@@ -228,8 +237,9 @@ class Optimum(NamedTuple):
 
     Attributes:
         values: of the variables [SI units].
-        optimality: what is left of the gradient once all that limits the search has pushed back
-            [units of the objective per width of the bounds]; zero at an optimum.
+        optimality: by how much the objective can fall at most, to first order, on a step as wide as
+            the bounds: what is left of its gradient once all that limits the search has pushed
+            back, and the way that is left to those limits; zero at an optimum.
         violation: by how much the worst constraint is missed; not positive where all are met, zero
             without any.
         limits: bounds and constraints that push back, to their multipliers: what the objective

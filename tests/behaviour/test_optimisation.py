@@ -125,6 +125,17 @@ def test_multipliers_of_bounds_and_constraints_are_those_of_the_closed_form() ->
     np.testing.assert_allclose(review.values["load:axle"], 3.0, rtol=1e-7)
     np.testing.assert_allclose(review.limits["constraints[0][0]"], 14.0, rtol=1e-6)
     assert review.violation < 1e-9
+    # Solvers end a little before the limit that they lean on, or behind it.
+    for apart in (1e-3, -1e-3):
+        best.x = np.array([0.7 - 0.1 * apart])
+        best.jac = objective.jac(best.x)
+        review = variables.review(best, constraints)
+        np.testing.assert_allclose(
+            review.limits["constraints[0][0]"], 14.0 + 2.0 * apart, rtol=1e-9
+        )
+        np.testing.assert_allclose(review.optimality, 14e-3 * (apart > 0.0), rtol=1e-3, atol=1e-9)
+        nearer = variables.review(best, constraints, within=1e-6)
+        assert bool(nearer.limits) == (apart < 0.0)
     # Half of the way, nothing has been reached, and all of the gradient is left.
     best.x, best.jac = np.array([0.5]), objective.jac([0.5])
     review = variables.review(best, constraints)
