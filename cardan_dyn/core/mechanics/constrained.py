@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..tape import absolute, greater, is_zero, sqrt
+from ..tape import absolute, greater, is_zero, select, sqrt
 from . import closure
 from .bodies import Tree
 from .elimination import Eliminated, Order, Pivot, Row, UnsuitableError, eliminated, product
@@ -26,8 +26,8 @@ from .reactions import Share, shares, work
 from .vectors import ZERO, Scalar, Vector, times
 
 _LEAST = float(np.sqrt(np.finfo(float).tiny))
-"""Added to what a rotation makes zero of: nothing beside numbers that occur, and so two zeros have
-a rotation, too. Its square is the least double that has all digits."""
+"""Moved away from zero by this is what a rotation turns by: nothing beside numbers that occur, and
+so two zeros have a rotation, too. Its square is the least double that has all digits."""
 _DRIFT, _ERROR, _OPENING = range(-3, 0)
 """Columns beside those of velocity coordinates: what is on the other side of equations."""
 
@@ -58,7 +58,8 @@ def triangle(rows: Sequence[Row], columns: Sequence[int]) -> list[tuple[int, Row
 
 def _turned(first: Row, second: Row, column: int) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
     """Return two rows after the rotation that leaves nothing of a column in the second one."""
-    a, b = first[column] + _LEAST, second[column]
+    # Away from zero: what a rotation by itself has left of zeros may be its negative.
+    a, b = first[column] + select(first[column], _LEAST, -_LEAST), second[column]
     size = sqrt(a * a + b * b)
     inverse = 1.0 / size
     cosine, sine = a * inverse, b * inverse
