@@ -195,7 +195,7 @@ def test_limits_beyond_all_values_are_said_and_hatched(grid: studies.Study) -> N
         pytest.approx(area),
         "force [N], angle = 0°, limit 0.5 N exceeded everywhere",
     )
-    assert hatched(100.0) == (0.0, "force [N], angle = 0°, limit 100 nowhere exceeded")
+    assert hatched(100.0) == (0.0, "force [N], angle = 0°, limit 100 N nowhere exceeded")
     part, title = hatched(4.0)
     assert 0.0 < part < area
     assert title == "force [N], angle = 0°, limit 4 N"
