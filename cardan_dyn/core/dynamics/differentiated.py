@@ -379,13 +379,13 @@ class Samples:
         others = [np.reshape([*of.values()], (-1, self._x.shape[1])) for of in seeds]
         of = Pattern(parameters, seeded, None)
         runs = self._runs(of, others)
-        changes = []
-        each = zip(_greatest(runs), self.picked(parameters), strict=True)
-        for k, (told, picked) in enumerate(each):
+        changes, count = [], self._x.shape[1]
+        opened = _greatest(runs, slice(self._found, None)).max(axis=1, initial=0.0)
+        moved = map(self._farthest, _greatest(runs, self._places))
+        every = zip(opened, moved, self.picked(parameters), strict=True)
+        for k, own in enumerate(every):
             parts = [(part, tape.places[k]) for tape, part in runs]
-            opened, farthest = told[self._found :].max(initial=0.0), self._farthest(told)
-            change = Change(self.equations, self._x.shape[1], parts, opened, farthest, picked)
-            changes.append(change)
+            changes.append(Change(self.equations, count, parts, *own))
         return changes
 
     @property
@@ -393,10 +393,14 @@ class Samples:
         """Number of rows of all that is found."""
         return self.equations.place("rests").stop
 
-    def _farthest(self, told: Array) -> float:
-        """Return the greatest rate of coordinates, of the greatest rates of all that is found."""
-        place = self.equations.place("x")
-        return float((told[place] / self.equations.units).max(initial=0.0))
+    @property
+    def _places(self) -> slice:
+        """Rows of coordinates."""
+        return self.equations.place("x")
+
+    def _farthest(self, rates: Array) -> float:
+        """Return the greatest rate of coordinates, in units of the mechanism."""
+        return float((rates / self.equations.units).max(initial=0.0))
 
     def picked(self, parameters: Sequence[Parameter]) -> list[Array]:
         """Return `Change.picked` of each parameter.
@@ -414,7 +418,7 @@ class Samples:
         for k, item, told in zip(turning, own, _greatest(runs), strict=True):
             rates = told[: self._found] * self._sizes
             # Rounding of how it turns is beside how fast all of it does.
-            least = max(self._inverse_unit(item), self._farthest(told), rates.max())
+            least = max(self._inverse_unit(item), self._farthest(told[self._places]), rates.max())
             picked[k] = self._with_teeth(~(rates <= UNIQUE_TOLERANCE * least))
         return picked
 
@@ -477,29 +481,33 @@ class Samples:
         return picked
 
     def slopes(
+        self, parameters: Sequence[Parameter], weights: Mapping[int, Array]
+    ) -> tuple[Array, Array]:
+        """Return derivatives of weighted results by parameters, see `Differentiated.slopes`."""
+        runs = self._weighted(parameters, weights, ())
+        slopes = np.zeros(len(parameters))
+        for tape, part in runs:
+            (written,) = np.nonzero(tape.places[0] >= 0)
+            slopes[written] += part.holding(slice(None)).sum(axis=1)[tape.places[0][written]]
+        return slopes, _greatest(runs, of=slice(1, None)).max(axis=0, initial=0.0)
+
+    def acting(self, weights: Mapping[int, Array], rows: Sequence[int]) -> Array:
+        """Return derivatives of weighted results by rows of `Prescribed`, `(k, N)`."""
+        result = np.zeros((len(rows), self._x.shape[1]))
+        for tape, part in self._weighted((), weights, rows):
+            (written,) = np.nonzero(tape.places[0] >= 0)
+            part.put(result, tape.places[0][written], written)
+        return result
+
+    def _weighted(
         self,
         parameters: Sequence[Parameter],
         weights: Mapping[int, Array],
-        seeded: Sequence[int] = (),
-    ) -> tuple[Array, Array]:
-        """Return derivatives of weighted results.
-
-        Args:
-            parameters: some.
-            weights: rows of results to their weights, `(N,)`.
-            seeded: rows of `Prescribed`.
-
-        Returns:
-            `(k, N)` derivatives by parameters, then by these rows; and for each of them the
-            greatest rate at which closure errors grow, in units of the mechanism.
-        """
+        seeded: Sequence[int],
+    ) -> list[tuple[_Derivatives, Part]]:
+        """Return what tapes find of results (rows), each times its weights `(N,)`."""
         of = Pattern(parameters, seeded, tuple(weights))
-        runs = self._runs(of, [np.reshape([*weights.values()], (-1, self._x.shape[1]))])
-        result = np.zeros((len(parameters) + len(seeded), self._x.shape[1]))
-        for tape, part in runs:
-            (written,) = np.nonzero(tape.places[0] >= 0)
-            part.put(result, tape.places[0][written], written)
-        return result, _greatest(runs)[1:].max(axis=0, initial=0.0)
+        return self._runs(of, [np.reshape([*weights.values()], (-1, self._x.shape[1]))])
 
     def _runs(
         self, of: Pattern, others: Sequence[Array], samples: Array | None = None
@@ -568,12 +576,17 @@ class Samples:
             yield *own, True
 
 
-def _greatest(runs: Sequence[tuple[_Derivatives, Part]]) -> Array:
-    """Return the greatest magnitudes of what tapes find at all samples, see `places`."""
-    result = np.zeros(runs[0][0].places.shape)
+def _greatest(
+    runs: Sequence[tuple[_Derivatives, Part]],
+    found: slice = slice(None),
+    of: slice = slice(None),
+) -> Array:
+    """Return the greatest magnitudes at all samples of some of what tapes find, see `places`."""
+    result = np.zeros(runs[0][0].places[of, found].shape)
     for tape, part in runs:
-        written = tape.places >= 0
-        most = np.abs(part.holding(tape.places[written])).max(axis=1, initial=0.0)
+        places = tape.places[of, found]
+        written = places >= 0
+        most = np.abs(part.holding(places[written])).max(axis=1, initial=0.0)
         result[written] = np.maximum(result[written], most)
     return result
 
@@ -592,7 +605,7 @@ class Differentiated:
         Args:
             solver: of the scene.
             x: `(N, size)` closed coordinates.
-            v: `(N, nv)` their velocities.
+            v: `(N, nv)` their velocities, which are read where there are elements.
             inputs: what is prescribed.
         """
         mechanism, elements = solver.problem.mechanism, solver.problem.elements
@@ -646,7 +659,7 @@ class Differentiated:
         """
         more = np.zeros(len(parameters))
         if self._pushing is not None:
-            acting, _ = self._samples.slopes((), weights, self._exerted)
+            acting = self._samples.acting(weights, self._exerted)
             weights = dict(weights)
             still = [np.zeros_like(part) for part in (self._pushing.x, self._pushing.v)]
             for field, values in zip(("x", "v"), still, strict=True):
@@ -661,7 +674,7 @@ class Differentiated:
                 if isinstance(item, OfOrigin | OfElement):
                     more[k] = np.sum(acting * self._pushing.change(item, *still))
         slopes, opened = self._samples.slopes(parameters, weights)
-        return slopes.sum(axis=1) + more, opened
+        return slopes + more, opened
 
     def picking(self, parameters: Sequence[Parameter], rows: Collection[int]) -> list[str]:
         """See `Samples.picking`."""

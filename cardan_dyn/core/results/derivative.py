@@ -76,9 +76,9 @@ class Swept(NamedTuple):
         """All samples; those whose motion is not solved stand somewhere."""
         problem, motion = self.problem, self.motion
         acting = self.acting.flat(motion.shape)
-        rates = motion.v.reshape(len(motion.x), -1)
+        count = len(motion.x)
         inputs = Inputs(
-            positions=np.zeros((len(rates), len(problem.independent))),
+            positions=np.zeros((count, len(problem.independent))),
             speeds=acting.speeds,
             accelerations=acting.accelerations,
             held=problem.held_row,
@@ -90,7 +90,9 @@ class Swept(NamedTuple):
             time=acting.time,
             has_rates=True,
         )
-        x, v = (np.where(np.isnan(values), 0.0, values) for values in (motion.x, rates))
+        # Rates may have to be found first.
+        v = motion.v.reshape(count, -1) if problem.elements else np.zeros((count, 0))
+        x, v = (np.where(np.isnan(values), 0.0, values) for values in (motion.x, v))
         return Differentiated(self.solver, x, v, inputs)
 
 
