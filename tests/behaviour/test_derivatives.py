@@ -661,6 +661,19 @@ def test_balances_of_the_proof_hold_for_derivatives(case: str) -> None:
     assert len(known) > len(found) / 2
 
 
+def test_the_proof_takes_steps_that_suit_a_small_mechanism() -> None:
+    """Friction changes within what a mechanism as small as this moves in a second."""
+    slide = f"""<robot name="slide"><link name="base"/>
+{link("rod", 1.0, 1e-3, 0.0, 1.0)}
+<joint name="A" type="prismatic"><parent link="base"/><child link="rod"/><axis xyz="1 0 0"/>
+</joint></robot>"""
+    rubbing = cd.JointFriction("A", 2.4, 0.0016)
+    scene = cd.Scene(cd.load(slide), drive="A", elements=[rubbing])
+    by = scene.sweep([0.0, 1e-3, 2e-3], speed=[4.6e-3, 1e-3, -6e-3]).derivative("speed:A")
+    assert by.drive_effort.min() > 10.0
+    assert by.balance_residual < 1e-12
+
+
 def wrong_gravity(vector: tuple[object, ...], factor: object) -> tuple[object, ...]:
     return tuple(part * -factor for part in vector)
 

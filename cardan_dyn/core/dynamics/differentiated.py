@@ -712,7 +712,7 @@ class Differentiated:
                 return dynamics.bodies_of(described, problem.elements)
 
             if isinstance(parameter, OfOrigin):
-                placed = changed_by, parameter.unit
+                placed = changed_by
             others = [
                 (changed_by(node), weight)
                 for node, weight in zip(parameter.nodes, parameter.weights, strict=True)
@@ -722,10 +722,17 @@ class Differentiated:
                 elements = parameter.among(problem.elements, end)
                 bodies = dynamics.bodies_of(mechanism.second_reading, elements)
                 others.append((bodies, sign / parameter.step))
-        opened, lost = derived_errors(dynamics.bodies, claim, rate, others, placed)
+        along = self._pushing and self._pushing.along(parameter, rate.x, rate.v)
+        opened, lost = derived_errors(dynamics.bodies, claim, rate, others, along, placed)
         length, coordinates = mechanism.characteristic_length, mechanism.coordinates
         lengths = np.repeat([length, 1.0], 3)
-        greatest, size = (np.abs(of.wrenches * lengths).max(initial=0.0) for of in claims)
+        greatest, size = (
+            max(
+                np.abs(of.wrenches * lengths).max(initial=0.0),
+                np.abs(of.exerted * coordinates.rate_scale).max(initial=0.0),
+            )
+            for of in claims
+        )
         fastest, faster, harder = (
             np.abs(rates / coordinates.rate_scale).max(initial=0.0)
             for rates in (claim.v, rate.v, rate.a)

@@ -177,11 +177,12 @@ class Derivative(Frozen):
 
     @property
     def balance_residual(self) -> float:
-        """Greatest rate at which bodies get out of balance, relative to that of wrenches.
+        """Greatest rate at which bodies get out of balance, relative to what keeps them there.
 
-        To the latter counts how fast wrenches turn with joints, and, of numbers of the description,
-        the greatest wrench for a change by about all there is. Where elements act, it is some 1e-11
-        by which differences are off. NaN where nothing changes, or no balance is known.
+        That is the rate of wrenches and efforts. To it counts how fast they turn with joints, and,
+        of numbers of the description, the greatest of them for a change by about all there is.
+        Where elements act, it is some 1e-11 by which differences are off. NaN where nothing
+        changes, or no balance is known.
         """
         return self._residuals[1]
 
