@@ -301,6 +301,32 @@ class Solved(NamedTuple):
     growth: Scalar
     narrowness: Scalar
 
+    @staticmethod
+    def moving(
+        position: Position,
+        ratios: list[dict[int, Scalar]],
+        v: dict[int, Scalar],
+        a: dict[int, Scalar],
+    ) -> Solved:
+        """Return what moves at a position, without forces."""
+        return Solved(
+            position.x,
+            ratios,
+            v,
+            a,
+            wrenches={},
+            fixed={},
+            exerted={},
+            couplings={},
+            rests={},
+            unheld=[],
+            step=0.0,
+            error=position.error,
+            turned=position.turned,
+            growth=position.factors.growth,
+            narrowness=position.factors.narrowness,
+        )
+
 
 def solved(
     tree: Tree,
@@ -352,23 +378,7 @@ def solved_at(
     a = dict(known)
     if any(not is_zero(value) for value in v.values()) or known:
         a = position.accelerations(tree, v, known)
-    found = Solved(
-        position.x,
-        ratios,
-        v,
-        a,
-        wrenches={},
-        fixed={},
-        exerted={},
-        couplings={},
-        rests={},
-        unheld=[],
-        step=0.0,
-        error=position.error,
-        turned=position.turned,
-        growth=factors.growth,
-        narrowness=factors.narrowness,
-    )
+    found = Solved.moving(position, ratios, v, a)
     if moves_alone:
         return found
     motion = moving(tree, at, v, a, times(given.gravity, -1.0))
@@ -412,22 +422,9 @@ def stressed_at(position: Position, tree: Tree, roles: Roles) -> Solved:
     stress = self_stress(tree, at, factors, roles.statics)
     efforts = _exerted(tree, at, roles, stress, {})
     wrenches, fixed = _in_frames(tree, at, stress)
-    return Solved(
-        position.x,
-        ratios=[{} for _ in roles.drives],
-        v={},
-        a={},
-        wrenches=wrenches,
-        fixed=fixed,
-        exerted=efforts,
-        couplings=stress.couplings,
-        rests={},
-        unheld=[],
-        step=0.0,
-        error=position.error,
-        turned=position.turned,
-        growth=factors.growth,
-        narrowness=factors.narrowness,
+    still = Solved.moving(position, [{} for _ in roles.drives], {}, {})
+    return still._replace(
+        wrenches=wrenches, fixed=fixed, exerted=efforts, couplings=stress.couplings
     )
 
 
