@@ -622,6 +622,23 @@ def stewart() -> cd.Sweep:
     return scene.sweep(along, speed=[0.1, 0.2, 0.3, 0.1, 0.2, 0.3])
 
 
+def test_ratios_change_as_velocities_do_that_they_add_up_to() -> None:
+    """Both are differentiated apart; of masses, no ratio changes."""
+    sweep = stewart()
+    speeds = [0.1, 0.2, 0.3, 0.1, 0.2, 0.3]
+    found = sweep.derivative("leg_1", "origin:ball_2.successor.x", "speed:leg_3", "mass:platform")
+    for name, by in found.items():
+        ratios = [by.motion.ratio("base_1_x", f"leg_{k}") for k in range(1, 7)]
+        total = sum(speed * ratio for speed, ratio in zip(speeds, ratios, strict=True))
+        if "leg_3" in name:
+            total = sweep.motion.ratio("base_1_x", "leg_3")
+        expected = by.motion.velocity("base_1_x")
+        size = np.abs(expected).max()
+        np.testing.assert_allclose(total, expected, rtol=0, atol=1e-13 * size, err_msg=name)
+        assert (size > 0.0) == np.any(total) == (name != "mass:platform")
+        assert np.any(ratios) == (":" not in name or "origin" in name)
+
+
 SWEEPS: dict[str, tuple[Callable[[], cd.Sweep], tuple[str, ...]]] = {
     "all of a four-bar": (lambda: four_bar().sweep(np.linspace(0.5, 6.0, 9), **GIVEN), ("*",)),
     "factors on masses": (

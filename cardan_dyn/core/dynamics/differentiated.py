@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -82,7 +82,7 @@ class Change(NamedTuple):
     """How what is found of N samples changes with a parameter, per its unit.
 
     Attributes:
-        equations: whose results these are of.
+        equations: whose results these are of; velocity ratios are `Samples.ratios`.
         samples: N.
         parts: of samples, and for each row of what is found the row of results that is how it
             changes, -1 where it does not.
@@ -132,13 +132,14 @@ class Pattern(NamedTuple):
         seeded: rows of `Prescribed` that change besides, with what elements exert.
         weighted: rows of results that are weighted, where derivatives are found backwards; None
             where they are found forwards.
-        of_stress: whether a self-stress is differentiated, in place of what is found.
+        what: is differentiated: what is found but velocity ratios, these alone, or a self-stress
+            in place of what is found.
     """
 
     parameters: Sequence[Parameter]
     seeded: Sequence[int]
     weighted: Sequence[int] | None
-    of_stress: bool = False
+    what: Literal["found", "ratios", "stress"] = "found"
 
 
 class _Derivatives(Tape):
@@ -193,10 +194,13 @@ class _Derivatives(Tape):
             position = Position.of(tree, equations.roles, given.x, given.offsets, order)
             pushes = [LinkForce(k, None, ZERO, (*x[:3],), (*x[3:],)) for k, x in pushed.items()]
             loaded = given._replace(link_forces=[*given.link_forces, *pushes])
-            if of.of_stress:
-                solved = stressed_at(position, tree, equations.roles)
+            roles = equations.roles
+            if of.what == "stress":
+                solved = stressed_at(position, tree, roles)
+            elif of.what == "ratios":
+                solved = Solved.moving(position, position.ratios(roles), {}, {})
             else:
-                solved = solved_at(position, tree, equations.roles, loaded)
+                solved = solved_at(position, tree, roles, loaded, has_ratios=False)
             differential, inputs = Differential(trace), trace.inputs
             variables = [
                 inputs[item.input] if isinstance(item, OfColumn | OfRow) else change
@@ -388,6 +392,16 @@ class Samples:
             changes.append(Change(self.equations, count, parts, *own))
         return changes
 
+    def ratios(self, parameter: Parameter) -> Array:
+        """Return how velocity ratios change with a parameter `(N, nv d)`.
+
+        Each drive takes as many operations for them as all velocities together.
+        """
+        runs = self._runs(Pattern([parameter], (), None, "ratios"), ())
+        parts = [(part, tape.places[0]) for tape, part in runs]
+        none = np.zeros(self._found, dtype=bool)
+        return Change(self.equations, self._x.shape[1], parts, 0.0, 0.0, none).of("ratios")
+
     @property
     def _found(self) -> int:
         """Number of rows of all that is found."""
@@ -414,7 +428,7 @@ class Samples:
         if not (turning and self.equations.are_stressed):
             return picked
         own = [parameters[k] for k in turning]
-        runs = self._runs(Pattern(own, (), None, True), (), self._some)
+        runs = self._runs(Pattern(own, (), None, "stress"), (), self._some)
         for k, item, told in zip(turning, own, _greatest(runs), strict=True):
             rates = told[: self._found] * self._sizes
             # Rounding of how it turns is beside how fast all of it does.
@@ -437,7 +451,7 @@ class Samples:
         (weighted,) = sizes.nonzero()
         # A sum of all with generic weights tells, backwards, which parameters are worth a look.
         generics = generic(len(weighted), 1) * sizes[weighted, None]
-        of = Pattern(own, (), tuple(weighted.tolist()), True)
+        of = Pattern(own, (), tuple(weighted.tolist()), "stress")
         rates = _greatest(self._runs(of, [generics], self._some))[0]
         units = np.array([self._inverse_unit(item) for item in own])
         doubtful = [own[k] for k in np.flatnonzero(~(rates <= UNIQUE_TOLERANCE * units))]
@@ -528,7 +542,7 @@ class Samples:
         loaded = tuple(name for name, _ in self._links)
         weighted = None if of.weighted is None else tuple(of.weighted)
         changing = names, loaded, tuple(of.seeded), weighted, acting.tobytes()
-        key = self._taped.key, self._kind, *changing, of.of_stress
+        key = self._taped.key, self._kind, *changing, of.what
         runs: list[tuple[_Derivatives, Part]] = []
         is_left = np.zeros(count, dtype=bool)
         is_left[slice(None) if samples is None else samples] = True
@@ -645,6 +659,10 @@ class Differentiated:
             parameters, [{self._exerted[k]: own[k] for k in acting} for own in every]
         )
 
+    def ratios(self, parameter: Parameter) -> Array:
+        """See `Samples.ratios`."""
+        return self._samples.ratios(parameter)
+
     def slopes(
         self, parameters: Sequence[Parameter], weights: Mapping[int, Array]
     ) -> tuple[Array, Array]:
@@ -697,9 +715,12 @@ class Differentiated:
         else:
             changed = inputs.changed(parameter.row if isinstance(parameter, OfRow) else -1)
         claims = []
-        for own, read in (inputs, partial(getattr, found)), (changed, change.of):
+        for own, read, ratios in (
+            (inputs, partial(getattr, found), found.ratios),
+            (changed, change.of, self.ratios(parameter)),
+        ):
             v = read("v")
-            rates = JointRates(read("ratios").reshape(*v.shape, -1), v, read("a"))
+            rates = JointRates(ratios.reshape(*v.shape, -1), v, read("a"))
             wrenches = read("wrenches").reshape(len(x), -1, 6)
             of_joints = wrenches, read("efforts"), read("couplings")
             claims.append(dynamics.claim(read("x"), own, rates, *of_joints))

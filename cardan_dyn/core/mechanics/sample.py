@@ -235,6 +235,10 @@ class Position(NamedTuple):
         """Return velocities of all that moves at speeds of drives, by velocity coordinates."""
         return {**speeds, **self.factors.solve([-value for value in self._changes(speeds)])}
 
+    def ratios(self, roles: Roles) -> list[dict[int, Scalar]]:
+        """Return velocities where each drive moves alone, at unit speed."""
+        return [self.velocities({drive: 1.0}) for drive in roles.drives]
+
     def accelerations(
         self, tree: Tree, v: Mapping[int, Scalar], known: Mapping[int, Scalar]
     ) -> dict[int, Scalar]:
@@ -360,15 +364,24 @@ def solved(
 
 
 def solved_at(
-    position: Position, tree: Tree, roles: Roles, given: Given, moves_alone: bool = False
+    position: Position,
+    tree: Tree,
+    roles: Roles,
+    given: Given,
+    moves_alone: bool = False,
+    has_ratios: bool = True,
 ) -> Solved:
-    """Return all that is found at a closed position; arguments and errors as of `solved`."""
+    """Return all that is found at a closed position; arguments and errors as of `solved`.
+
+    Ratios may be left out, unless efforts alone are wanted, which follow from them.
+    """
     at, factors = position.at, position.factors
-    if moves_alone:  # Many drives have one velocity together, and a ratio each.
-        ratios = []
+    if moves_alone or not (has_ratios or roles.efforts_alone):
+        # Many drives have one velocity together, and a ratio each.
+        ratios: list[dict[int, Scalar]] = [{} for _ in roles.drives]
         v = position.velocities(dict(zip(roles.drives, given.speeds, strict=True)))
     else:
-        ratios = [position.velocities({drive: 1.0}) for drive in roles.drives]
+        ratios = position.ratios(roles)
         v = combined(ratios, given.speeds)
     known = {
         rate: value
