@@ -69,7 +69,6 @@ class Pushing(NamedTuple):
             x: how coordinates change, `(n, size)`.
             v: how velocities do.
         """
-        far, size = self.along(parameter, x, v)
 
         def moved(places: Array) -> Array:
             by = (places[:, None] / far)[..., None]
@@ -86,8 +85,10 @@ class Pushing(NamedTuple):
             ).rows()
             return np.moveaxis(every.reshape(len(every), len(places), -1), 1, 0)
 
-        moves = np.any(x) or np.any(v) or isinstance(parameter, OfOrigin)
-        change = slope(moved, size) * far if moves else 0.0
+        change: Array | float = 0.0
+        if np.any(x) or np.any(v) or isinstance(parameter, OfOrigin):
+            far, size = self.along(parameter, x, v)
+            change = slope(moved, size) * far
         if isinstance(parameter, OfElement):
             more, less = (
                 self._replace(elements=parameter.among(self.elements, end)).rows()
