@@ -11,7 +11,7 @@ from .arrays import EPS, Array
 _STEP = float(EPS**0.2)
 """Step, in units of a variable: its fourth power, the error of the formula, is then as great as
 rounding by the step."""
-_ROUNDED = 64.0 * EPS
+_ROUNDED = 4.0 * EPS
 """Rounding of what some ten operations lead to, beside it."""
 
 
@@ -54,32 +54,35 @@ def kinks(values: Array, middle: Array, units: Array) -> Array:
     return np.moveaxis(np.maximum(odd, even), 0, -1) / (12.0 * _STEP * units)
 
 
-def slope(values: Callable[[Array], Array]) -> Array:
+def slope(values: Callable[[Array], Array], variables: Array | float = 1.0) -> Array:
     """Return derivatives `(k, n)` by one variable at 0, by steps that suit each of them.
 
-    Steps are halved until two derivatives differ by rounding, and those that agree best are taken:
-    near a kink, or where a number changes within less than a step, what is on this side of it.
+    Steps are halved as long as what rounds by finer ones is below how far two derivatives differ
+    and what rounds in them. Those are taken of which both are least: near a kink, or where a number
+    changes within less than a step, what is on this side of it.
 
     Args:
-        values: returns k numbers of n samples at each of some places, `(len(places), k, n)`, which
-            depend on variables of about 1.
+        values: returns k numbers of n samples at each of some places, `(len(places), k, n)`.
+        variables: `(n,)` sizes of what these places are added to, which rounds as well.
     """
     step = _STEP
     middle, *ends = values(step * np.array([0.0, 2.0, -2.0, 1.0, -1.0, 0.5, -0.5]))
     size = np.abs(middle)
     far, near, nearer = (ahead - back for ahead, back in zip(ends[::2], ends[1::2], strict=True))
     found = best = (8.0 * near - far) / (12.0 * step)
-    least = np.full(found.shape, np.inf)
+    least, apart = np.full(found.shape, np.inf), np.zeros(found.shape)
     while True:
         step *= 0.5
         far, near = near, nearer
         before, found = found, (8.0 * near - far) / (12.0 * step)
-        apart = np.abs(found - before)
-        agrees = apart < least
-        best, least = np.where(agrees, found, best), np.where(agrees, apart, least)
-        # What rounds are the numbers and the variables; a tenth of what stays is of the formula.
-        rounded = (size + np.abs(found)).max(axis=-1, keepdims=True, initial=0.0)
-        if step <= np.sqrt(EPS) or np.all(apart <= _ROUNDED * rounded / step):
+        last, apart = apart, np.abs(found - before)
+        # What rounds are the numbers and the variables.
+        sizes = (size + variables * np.abs(found)).max(axis=-1, keepdims=True, initial=0.0)
+        rounded = _ROUNDED * sizes / step
+        # The formula's error falls to a sixteenth, but two may agree by chance.
+        off = np.maximum(apart, last) / 15.0 + rounded
+        best, least = np.where(off < least, found, best), np.minimum(off, least)
+        if step <= np.sqrt(EPS) or np.all(least <= 2.0 * rounded):
             return np.asarray(best)
         ahead, back = values(step * np.array([0.5, -0.5]))
         nearer = ahead - back

@@ -18,6 +18,7 @@ from testkit.scenes import double
 import cardan_dyn as cd
 import cardan_dyn.drive_lines as dl
 from cardan_dyn.core import compiled
+from cardan_dyn.core.dynamics.problem_solver import ProblemSolver
 from cardan_dyn.core.dynamics.tape import Tape
 from cardan_dyn.core.dynamics.taped import TapedSolver
 from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
@@ -294,6 +295,36 @@ def test_memory_of_a_sweep(shaft: cd.Mechanism) -> None:
     # Not more than the result itself; beside it, the arrays of one block.
     assert per_sample < 1000
     assert peaks[0] - 16_384 * per_sample < 13e6
+
+
+def test_derivatives_copy_nothing_of_what_they_are() -> None:
+    scene = cd.Scene(cd.load("stewart_platform"), drive=[f"leg_{k}" for k in range(1, 7)])
+    sweep = scene.sweep(np.zeros((4000, 6)), speed=0.1)
+    names = "leg_1", "mass:platform", "speed:leg_2", "origin:ball_2.successor.x"
+    sweep.derivative(*names)  # Its tape is kept.
+    tracemalloc.start()
+    by = sweep.derivative(*names)
+    kept, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(by) == 4
+    assert peak < 1.3 * kept
+
+
+def test_derivatives_ask_for_no_rates_that_sweeps_did_not_keep(
+    shaft: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Long sweeps of many joints find rates again where they are read, which takes longer."""
+    monkeypatch.setattr(ProblemSolver, "keeps_rates", lambda *_: False)
+    sweep = double(shaft, 0.5, 0.4).sweep(np.linspace(0.0, 6.0, 40_000), speed=9.0)
+
+    def found_again(*_: object) -> None:
+        raise NotImplementedError
+
+    monkeypatch.setattr(ProblemSolver, "rates_at", found_again)
+    assert sweep.derivative("speed:bearing_in").drive_effort.any()
+    assert sweep.gradient({"bearing_out.moment": 1.0}, "mass:*")
+    with pytest.raises(NotImplementedError):
+        _ = sweep.motion.v
 
 
 @pytest.mark.campaign

@@ -74,5 +74,17 @@ def test_a_slope_beside_a_kink_is_that_of_its_own_side() -> None:
     np.testing.assert_allclose(found, [np.sign(beside)], rtol=1e-7)
 
 
+def test_a_slope_of_what_is_left_of_others_is_as_good_as_theirs() -> None:
+    """Steps are halved on, and among many that rounding has the better of, some agree by chance."""
+    rng = np.random.default_rng(0)
+    (at, arm), rate = rng.uniform(20.0, 40.0, (2, 2000, 1)), rng.uniform(1.0, 4.0, (2000, 1))
+    found = slope(
+        lambda places: np.stack(
+            [(at + rate * by) * (arm + 0.1) - arm * (at + rate * by) - 0.1 * at for by in places]
+        )
+    )
+    np.testing.assert_allclose(found, 0.1 * rate, rtol=0, atol=1e-8)
+
+
 def test_a_slope_of_what_does_not_change_is_exactly_zero() -> None:
     assert not slope(lambda places: np.array([[[0.1, 1.0 / 3.0]]] * len(places))).any()

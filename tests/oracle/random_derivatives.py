@@ -270,7 +270,8 @@ def _backwards(
         rounded = max(np.abs(of.wrenches).max() for of in changes[name])
         size = sum(np.abs(part).sum() for part in parts) + rounded + (there + greatest) / unit
         error = abs(slope - sum(part.sum() for part in parts))
-        if not error <= allowed * size:
+        # Nothing but rounding is between both ways: they agree better than each with differences.
+        if not error <= 0.1 * allowed * size:
             wrong.append(f"{_kind(name)} {name}: backwards {error / size:.1e}")
         if not by.loop_residual * unit <= 10.0 * allowed:
             wrong.append(f"{_kind(name)} {name}: loops open by {by.loop_residual:.1e}")

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -82,7 +82,7 @@ class Change(NamedTuple):
     """How what is found of N samples changes with a parameter, per its unit.
 
     Attributes:
-        equations: whose results these are of.
+        equations: whose results these are of; velocity ratios are `Samples.ratios`.
         samples: N.
         parts: of samples, and for each row of what is found the row of results that is how it
             changes, -1 where it does not.
@@ -132,13 +132,14 @@ class Pattern(NamedTuple):
         seeded: rows of `Prescribed` that change besides, with what elements exert.
         weighted: rows of results that are weighted, where derivatives are found backwards; None
             where they are found forwards.
-        of_stress: whether a self-stress is differentiated, in place of what is found.
+        what: is differentiated: what is found but velocity ratios, these alone, or a self-stress
+            in place of what is found.
     """
 
     parameters: Sequence[Parameter]
     seeded: Sequence[int]
     weighted: Sequence[int] | None
-    of_stress: bool = False
+    what: Literal["found", "ratios", "stress"] = "found"
 
 
 class _Derivatives(Tape):
@@ -193,10 +194,13 @@ class _Derivatives(Tape):
             position = Position.of(tree, equations.roles, given.x, given.offsets, order)
             pushes = [LinkForce(k, None, ZERO, (*x[:3],), (*x[3:],)) for k, x in pushed.items()]
             loaded = given._replace(link_forces=[*given.link_forces, *pushes])
-            if of.of_stress:
-                solved = stressed_at(position, tree, equations.roles)
+            roles = equations.roles
+            if of.what == "stress":
+                solved = stressed_at(position, tree, roles)
+            elif of.what == "ratios":
+                solved = Solved.moving(position, position.ratios(roles), {}, {})
             else:
-                solved = solved_at(position, tree, equations.roles, loaded)
+                solved = solved_at(position, tree, roles, loaded, has_ratios=False)
             differential, inputs = Differential(trace), trace.inputs
             variables = [
                 inputs[item.input] if isinstance(item, OfColumn | OfRow) else change
@@ -379,24 +383,38 @@ class Samples:
         others = [np.reshape([*of.values()], (-1, self._x.shape[1])) for of in seeds]
         of = Pattern(parameters, seeded, None)
         runs = self._runs(of, others)
-        changes = []
-        each = zip(_greatest(runs), self.picked(parameters), strict=True)
-        for k, (told, picked) in enumerate(each):
+        changes, count = [], self._x.shape[1]
+        opened = _greatest(runs, slice(self._found, None)).max(axis=1, initial=0.0)
+        moved = map(self._farthest, _greatest(runs, self._places))
+        every = zip(opened, moved, self.picked(parameters), strict=True)
+        for k, own in enumerate(every):
             parts = [(part, tape.places[k]) for tape, part in runs]
-            opened, farthest = told[self._found :].max(initial=0.0), self._farthest(told)
-            change = Change(self.equations, self._x.shape[1], parts, opened, farthest, picked)
-            changes.append(change)
+            changes.append(Change(self.equations, count, parts, *own))
         return changes
+
+    def ratios(self, parameter: Parameter) -> Array:
+        """Return how velocity ratios change with a parameter `(N, nv d)`.
+
+        Each drive takes as many operations for them as all velocities together.
+        """
+        runs = self._runs(Pattern([parameter], (), None, "ratios"), ())
+        parts = [(part, tape.places[0]) for tape, part in runs]
+        none = np.zeros(self._found, dtype=bool)
+        return Change(self.equations, self._x.shape[1], parts, 0.0, 0.0, none).of("ratios")
 
     @property
     def _found(self) -> int:
         """Number of rows of all that is found."""
         return self.equations.place("rests").stop
 
-    def _farthest(self, told: Array) -> float:
-        """Return the greatest rate of coordinates, of the greatest rates of all that is found."""
-        place = self.equations.place("x")
-        return float((told[place] / self.equations.units).max(initial=0.0))
+    @property
+    def _places(self) -> slice:
+        """Rows of coordinates."""
+        return self.equations.place("x")
+
+    def _farthest(self, rates: Array) -> float:
+        """Return the greatest rate of coordinates, in units of the mechanism."""
+        return float((rates / self.equations.units).max(initial=0.0))
 
     def picked(self, parameters: Sequence[Parameter]) -> list[Array]:
         """Return `Change.picked` of each parameter.
@@ -410,11 +428,11 @@ class Samples:
         if not (turning and self.equations.are_stressed):
             return picked
         own = [parameters[k] for k in turning]
-        runs = self._runs(Pattern(own, (), None, True), (), self._some)
+        runs = self._runs(Pattern(own, (), None, "stress"), (), self._some)
         for k, item, told in zip(turning, own, _greatest(runs), strict=True):
             rates = told[: self._found] * self._sizes
             # Rounding of how it turns is beside how fast all of it does.
-            least = max(self._inverse_unit(item), self._farthest(told), rates.max())
+            least = max(self._inverse_unit(item), self._farthest(told[self._places]), rates.max())
             picked[k] = self._with_teeth(~(rates <= UNIQUE_TOLERANCE * least))
         return picked
 
@@ -433,7 +451,7 @@ class Samples:
         (weighted,) = sizes.nonzero()
         # A sum of all with generic weights tells, backwards, which parameters are worth a look.
         generics = generic(len(weighted), 1) * sizes[weighted, None]
-        of = Pattern(own, (), tuple(weighted.tolist()), True)
+        of = Pattern(own, (), tuple(weighted.tolist()), "stress")
         rates = _greatest(self._runs(of, [generics], self._some))[0]
         units = np.array([self._inverse_unit(item) for item in own])
         doubtful = [own[k] for k in np.flatnonzero(~(rates <= UNIQUE_TOLERANCE * units))]
@@ -477,29 +495,33 @@ class Samples:
         return picked
 
     def slopes(
+        self, parameters: Sequence[Parameter], weights: Mapping[int, Array]
+    ) -> tuple[Array, Array]:
+        """Return derivatives of weighted results by parameters, see `Differentiated.slopes`."""
+        runs = self._weighted(parameters, weights, ())
+        slopes = np.zeros(len(parameters))
+        for tape, part in runs:
+            (written,) = np.nonzero(tape.places[0] >= 0)
+            slopes[written] += part.holding(slice(None)).sum(axis=1)[tape.places[0][written]]
+        return slopes, _greatest(runs, of=slice(1, None)).max(axis=0, initial=0.0)
+
+    def acting(self, weights: Mapping[int, Array], rows: Sequence[int]) -> Array:
+        """Return derivatives of weighted results by rows of `Prescribed`, `(k, N)`."""
+        result = np.zeros((len(rows), self._x.shape[1]))
+        for tape, part in self._weighted((), weights, rows):
+            (written,) = np.nonzero(tape.places[0] >= 0)
+            part.put(result, tape.places[0][written], written)
+        return result
+
+    def _weighted(
         self,
         parameters: Sequence[Parameter],
         weights: Mapping[int, Array],
-        seeded: Sequence[int] = (),
-    ) -> tuple[Array, Array]:
-        """Return derivatives of weighted results.
-
-        Args:
-            parameters: some.
-            weights: rows of results to their weights, `(N,)`.
-            seeded: rows of `Prescribed`.
-
-        Returns:
-            `(k, N)` derivatives by parameters, then by these rows; and for each of them the
-            greatest rate at which closure errors grow, in units of the mechanism.
-        """
+        seeded: Sequence[int],
+    ) -> list[tuple[_Derivatives, Part]]:
+        """Return what tapes find of results (rows), each times its weights `(N,)`."""
         of = Pattern(parameters, seeded, tuple(weights))
-        runs = self._runs(of, [np.reshape([*weights.values()], (-1, self._x.shape[1]))])
-        result = np.zeros((len(parameters) + len(seeded), self._x.shape[1]))
-        for tape, part in runs:
-            (written,) = np.nonzero(tape.places[0] >= 0)
-            part.put(result, tape.places[0][written], written)
-        return result, _greatest(runs)[1:].max(axis=0, initial=0.0)
+        return self._runs(of, [np.reshape([*weights.values()], (-1, self._x.shape[1]))])
 
     def _runs(
         self, of: Pattern, others: Sequence[Array], samples: Array | None = None
@@ -520,7 +542,7 @@ class Samples:
         loaded = tuple(name for name, _ in self._links)
         weighted = None if of.weighted is None else tuple(of.weighted)
         changing = names, loaded, tuple(of.seeded), weighted, acting.tobytes()
-        key = self._taped.key, self._kind, *changing, of.of_stress
+        key = self._taped.key, self._kind, *changing, of.what
         runs: list[tuple[_Derivatives, Part]] = []
         is_left = np.zeros(count, dtype=bool)
         is_left[slice(None) if samples is None else samples] = True
@@ -568,12 +590,17 @@ class Samples:
             yield *own, True
 
 
-def _greatest(runs: Sequence[tuple[_Derivatives, Part]]) -> Array:
-    """Return the greatest magnitudes of what tapes find at all samples, see `places`."""
-    result = np.zeros(runs[0][0].places.shape)
+def _greatest(
+    runs: Sequence[tuple[_Derivatives, Part]],
+    found: slice = slice(None),
+    of: slice = slice(None),
+) -> Array:
+    """Return the greatest magnitudes at all samples of some of what tapes find, see `places`."""
+    result = np.zeros(runs[0][0].places[of, found].shape)
     for tape, part in runs:
-        written = tape.places >= 0
-        most = np.abs(part.holding(tape.places[written])).max(axis=1, initial=0.0)
+        places = tape.places[of, found]
+        written = places >= 0
+        most = np.abs(part.holding(places[written])).max(axis=1, initial=0.0)
         result[written] = np.maximum(result[written], most)
     return result
 
@@ -592,7 +619,7 @@ class Differentiated:
         Args:
             solver: of the scene.
             x: `(N, size)` closed coordinates.
-            v: `(N, nv)` their velocities.
+            v: `(N, nv)` their velocities, which are read where there are elements.
             inputs: what is prescribed.
         """
         mechanism, elements = solver.problem.mechanism, solver.problem.elements
@@ -632,6 +659,10 @@ class Differentiated:
             parameters, [{self._exerted[k]: own[k] for k in acting} for own in every]
         )
 
+    def ratios(self, parameter: Parameter) -> Array:
+        """See `Samples.ratios`."""
+        return self._samples.ratios(parameter)
+
     def slopes(
         self, parameters: Sequence[Parameter], weights: Mapping[int, Array]
     ) -> tuple[Array, Array]:
@@ -646,7 +677,7 @@ class Differentiated:
         """
         more = np.zeros(len(parameters))
         if self._pushing is not None:
-            acting, _ = self._samples.slopes((), weights, self._exerted)
+            acting = self._samples.acting(weights, self._exerted)
             weights = dict(weights)
             still = [np.zeros_like(part) for part in (self._pushing.x, self._pushing.v)]
             for field, values in zip(("x", "v"), still, strict=True):
@@ -661,7 +692,7 @@ class Differentiated:
                 if isinstance(item, OfOrigin | OfElement):
                     more[k] = np.sum(acting * self._pushing.change(item, *still))
         slopes, opened = self._samples.slopes(parameters, weights)
-        return slopes.sum(axis=1) + more, opened
+        return slopes + more, opened
 
     def picking(self, parameters: Sequence[Parameter], rows: Collection[int]) -> list[str]:
         """See `Samples.picking`."""
@@ -684,9 +715,12 @@ class Differentiated:
         else:
             changed = inputs.changed(parameter.row if isinstance(parameter, OfRow) else -1)
         claims = []
-        for own, read in (inputs, partial(getattr, found)), (changed, change.of):
+        for own, read, ratios in (
+            (inputs, partial(getattr, found), found.ratios),
+            (changed, change.of, self.ratios(parameter)),
+        ):
             v = read("v")
-            rates = JointRates(read("ratios").reshape(*v.shape, -1), v, read("a"))
+            rates = JointRates(ratios.reshape(*v.shape, -1), v, read("a"))
             wrenches = read("wrenches").reshape(len(x), -1, 6)
             of_joints = wrenches, read("efforts"), read("couplings")
             claims.append(dynamics.claim(read("x"), own, rates, *of_joints))
@@ -699,7 +733,7 @@ class Differentiated:
                 return dynamics.bodies_of(described, problem.elements)
 
             if isinstance(parameter, OfOrigin):
-                placed = changed_by, parameter.unit
+                placed = changed_by
             others = [
                 (changed_by(node), weight)
                 for node, weight in zip(parameter.nodes, parameter.weights, strict=True)
@@ -709,10 +743,17 @@ class Differentiated:
                 elements = parameter.among(problem.elements, end)
                 bodies = dynamics.bodies_of(mechanism.second_reading, elements)
                 others.append((bodies, sign / parameter.step))
-        opened, lost = derived_errors(dynamics.bodies, claim, rate, others, placed)
+        along = self._pushing and self._pushing.along(parameter, rate.x, rate.v)
+        opened, lost = derived_errors(dynamics.bodies, claim, rate, others, along, placed)
         length, coordinates = mechanism.characteristic_length, mechanism.coordinates
         lengths = np.repeat([length, 1.0], 3)
-        greatest, size = (np.abs(of.wrenches * lengths).max(initial=0.0) for of in claims)
+        greatest, size = (
+            max(
+                np.abs(of.wrenches * lengths).max(initial=0.0),
+                np.abs(of.exerted * coordinates.rate_scale).max(initial=0.0),
+            )
+            for of in claims
+        )
         fastest, faster, harder = (
             np.abs(rates / coordinates.rate_scale).max(initial=0.0)
             for rates in (claim.v, rate.v, rate.a)

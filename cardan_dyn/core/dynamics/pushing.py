@@ -42,6 +42,25 @@ class Pushing(NamedTuple):
         count = len(acted.efforts)
         return np.concatenate([np.broadcast_to(part, (count, part.shape[1])).T for part in every])
 
+    def along(self, parameter: Parameter | None, x: Array, v: Array) -> tuple[Array, Array]:
+        """Return how far samples go, and how great what moves is, `(n,)` in units of all there is.
+
+        Arguments as of `change`.
+        """
+        coordinates = self.mechanism.coordinates
+        scale, rate_scale = coordinates.scale, 1.0 / coordinates.rate_scale
+        fastest = np.maximum(1.0, np.abs(self.v * rate_scale).max(axis=1, initial=0.0))[:, None]
+        ways, there = (
+            np.abs(np.hstack([x * scale, v * rate_scale / fastest]))
+            for x, v in ((x, v), (self.x, self.v))
+        )
+        far, size = ways.max(axis=1), (there * (ways > 0.0)).max(axis=1)
+        if isinstance(parameter, OfOrigin):
+            far[:] = np.max(far, initial=1.0 / parameter.unit)
+            size += 1.0
+        far[far == 0.0] = 1.0
+        return far, size
+
     def change(self, parameter: Parameter | None, x: Array, v: Array) -> Array | float:
         """Return how the rows change with a parameter, or while the samples alone do; 0.0 if not.
 
@@ -50,15 +69,6 @@ class Pushing(NamedTuple):
             x: how coordinates change, `(n, size)`.
             v: how velocities do.
         """
-        # In units of what the farthest goes.
-        coordinates = self.mechanism.coordinates
-        scale, rate_scale = coordinates.scale, 1.0 / coordinates.rate_scale
-        fastest = np.maximum(1.0, np.abs(self.v * rate_scale).max(axis=1, initial=0.0))
-        ways = np.abs(x * scale).max(axis=1, initial=0.0)
-        far = np.maximum(ways, np.abs(v * rate_scale).max(axis=1, initial=0.0) / fastest)
-        if isinstance(parameter, OfOrigin):
-            far[:] = np.max(far, initial=1.0 / parameter.unit)
-        far[far == 0.0] = 1.0
 
         def moved(places: Array) -> Array:
             by = (places[:, None] / far)[..., None]
@@ -75,8 +85,10 @@ class Pushing(NamedTuple):
             ).rows()
             return np.moveaxis(every.reshape(len(every), len(places), -1), 1, 0)
 
-        moves = np.any(x) or np.any(v) or isinstance(parameter, OfOrigin)
-        change = slope(moved) * far if moves else 0.0
+        change: Array | float = 0.0
+        if np.any(x) or np.any(v) or isinstance(parameter, OfOrigin):
+            far, size = self.along(parameter, x, v)
+            change = slope(moved, size) * far
         if isinstance(parameter, OfElement):
             more, less = (
                 self._replace(elements=parameter.among(self.elements, end)).rows()

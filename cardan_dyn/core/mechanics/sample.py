@@ -235,6 +235,10 @@ class Position(NamedTuple):
         """Return velocities of all that moves at speeds of drives, by velocity coordinates."""
         return {**speeds, **self.factors.solve([-value for value in self._changes(speeds)])}
 
+    def ratios(self, roles: Roles) -> list[dict[int, Scalar]]:
+        """Return velocities where each drive moves alone, at unit speed."""
+        return [self.velocities({drive: 1.0}) for drive in roles.drives]
+
     def accelerations(
         self, tree: Tree, v: Mapping[int, Scalar], known: Mapping[int, Scalar]
     ) -> dict[int, Scalar]:
@@ -301,6 +305,32 @@ class Solved(NamedTuple):
     growth: Scalar
     narrowness: Scalar
 
+    @staticmethod
+    def moving(
+        position: Position,
+        ratios: list[dict[int, Scalar]],
+        v: dict[int, Scalar],
+        a: dict[int, Scalar],
+    ) -> Solved:
+        """Return what moves at a position, without forces."""
+        return Solved(
+            position.x,
+            ratios,
+            v,
+            a,
+            wrenches={},
+            fixed={},
+            exerted={},
+            couplings={},
+            rests={},
+            unheld=[],
+            step=0.0,
+            error=position.error,
+            turned=position.turned,
+            growth=position.factors.growth,
+            narrowness=position.factors.narrowness,
+        )
+
 
 def solved(
     tree: Tree,
@@ -334,15 +364,24 @@ def solved(
 
 
 def solved_at(
-    position: Position, tree: Tree, roles: Roles, given: Given, moves_alone: bool = False
+    position: Position,
+    tree: Tree,
+    roles: Roles,
+    given: Given,
+    moves_alone: bool = False,
+    has_ratios: bool = True,
 ) -> Solved:
-    """Return all that is found at a closed position; arguments and errors as of `solved`."""
+    """Return all that is found at a closed position; arguments and errors as of `solved`.
+
+    Ratios may be left out, unless efforts alone are wanted, which follow from them.
+    """
     at, factors = position.at, position.factors
-    if moves_alone:  # Many drives have one velocity together, and a ratio each.
-        ratios = []
+    if moves_alone or not (has_ratios or roles.efforts_alone):
+        # Many drives have one velocity together, and a ratio each.
+        ratios: list[dict[int, Scalar]] = [{} for _ in roles.drives]
         v = position.velocities(dict(zip(roles.drives, given.speeds, strict=True)))
     else:
-        ratios = [position.velocities({drive: 1.0}) for drive in roles.drives]
+        ratios = position.ratios(roles)
         v = combined(ratios, given.speeds)
     known = {
         rate: value
@@ -352,23 +391,7 @@ def solved_at(
     a = dict(known)
     if any(not is_zero(value) for value in v.values()) or known:
         a = position.accelerations(tree, v, known)
-    found = Solved(
-        position.x,
-        ratios,
-        v,
-        a,
-        wrenches={},
-        fixed={},
-        exerted={},
-        couplings={},
-        rests={},
-        unheld=[],
-        step=0.0,
-        error=position.error,
-        turned=position.turned,
-        growth=factors.growth,
-        narrowness=factors.narrowness,
-    )
+    found = Solved.moving(position, ratios, v, a)
     if moves_alone:
         return found
     motion = moving(tree, at, v, a, times(given.gravity, -1.0))
@@ -412,22 +435,9 @@ def stressed_at(position: Position, tree: Tree, roles: Roles) -> Solved:
     stress = self_stress(tree, at, factors, roles.statics)
     efforts = _exerted(tree, at, roles, stress, {})
     wrenches, fixed = _in_frames(tree, at, stress)
-    return Solved(
-        position.x,
-        ratios=[{} for _ in roles.drives],
-        v={},
-        a={},
-        wrenches=wrenches,
-        fixed=fixed,
-        exerted=efforts,
-        couplings=stress.couplings,
-        rests={},
-        unheld=[],
-        step=0.0,
-        error=position.error,
-        turned=position.turned,
-        growth=factors.growth,
-        narrowness=factors.narrowness,
+    still = Solved.moving(position, [{} for _ in roles.drives], {}, {})
+    return still._replace(
+        wrenches=wrenches, fixed=fixed, exerted=efforts, couplings=stress.couplings
     )
 
 

@@ -28,7 +28,8 @@ def derived_errors(
     claim: Claim,
     rates: Claim,
     others: Sequence[tuple[FreeBodies, float]],
-    placed: tuple[Placed, float] | None = None,
+    along: tuple[Array, Array] | None = None,
+    placed: Placed | None = None,
 ) -> tuple[float, float]:
     """Return the greatest rates at which what should be zero grows: of positions, of wrenches.
 
@@ -38,11 +39,15 @@ def derived_errors(
         rates: how it is claimed to change, in arrays of the same shapes.
         others: bodies of other numbers, and weights, with which what they are off by at the same
             result adds up to the derivative by a number.
-        placed: if that is a length or an angle on which it depends what elements exert, which is
-            of no such degree: bodies where it is greater, and by how much it is about all there is.
+        along: `(N,)` where elements act, how fast samples go, and how great what moves is, in units
+            of all there is.
+        placed: if the number is a length or an angle, on which it depends what elements exert,
+            which is of no such degree: bodies where it is greater.
     """
     exerted = bodies.exerted(claim)
-    change = _changed(bodies, claim, rates, exerted, placed)
+    change = None
+    if exerted is not None and along is not None:
+        change = _changed(bodies, claim, rates, exerted, along, placed)
     rows, changes = Rows(claim, exerted), Rows(rates, change)
     acting = rows.acting() | changes.acting()
     (moved,) = acting.nonzero()
@@ -73,25 +78,21 @@ def _changed(
     bodies: FreeBodies,
     claim: Claim,
     rates: Claim,
-    exerted: ElementLoads | None,
-    placed: tuple[Placed, float] | None,
-) -> ElementLoads | None:
-    """Return how what elements exert changes; None without elements. See `derived_errors`."""
-    if exerted is None:
-        return None
-    far = np.maximum(np.abs(rates.x).max(axis=1), np.abs(rates.v).max(axis=1))
-    if placed:
-        far[:] = np.max(far, initial=1.0 / placed[1])
-    far[far == 0.0] = 1.0
+    exerted: ElementLoads,
+    along: tuple[Array, Array],
+    placed: Placed | None,
+) -> ElementLoads:
+    """Return how what elements exert changes, see `derived_errors`."""
+    far, size = along
 
     def exerted_at(place: float) -> Array:
-        by, of = (place / far)[:, None], placed[0](place / float(far[0])) if placed else bodies
+        by, of = (place / far)[:, None], placed(place / float(far[0])) if placed else bodies
         found = of.exerted(claim._replace(x=claim.x + by * rates.x, v=claim.v + by * rates.v))
         assert found is not None
         every = [wrench.reshape(6, -1) for _, wrench in found.wrenches]
         return np.concatenate([found.efforts, *every])
 
-    change = slope(lambda places: np.stack([*map(exerted_at, places.tolist())])) * far
+    change = slope(lambda places: np.stack([*map(exerted_at, places.tolist())]), size) * far
     count = len(exerted.efforts)
     wrenches = change[count:].reshape(len(exerted.wrenches), 2, 3, len(far))
     own = zip([body for body, _ in exerted.wrenches], wrenches, strict=True)

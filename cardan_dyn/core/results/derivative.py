@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -29,7 +29,7 @@ from ..mechanism.carried import CarriedFrame
 from ..problem.acting import Acting
 from ..problem.problem import Problem
 from ..proof.residuals import overflow
-from .motion import Motion
+from .motion import Motion, Rates
 from .named_parameters import parameters_of
 
 if TYPE_CHECKING:
@@ -76,9 +76,9 @@ class Swept(NamedTuple):
         """All samples; those whose motion is not solved stand somewhere."""
         problem, motion = self.problem, self.motion
         acting = self.acting.flat(motion.shape)
-        rates = motion.v.reshape(len(motion.x), -1)
+        count = len(motion.x)
         inputs = Inputs(
-            positions=np.zeros((len(rates), len(problem.independent))),
+            positions=np.zeros((count, len(problem.independent))),
             speeds=acting.speeds,
             accelerations=acting.accelerations,
             held=problem.held_row,
@@ -90,7 +90,9 @@ class Swept(NamedTuple):
             time=acting.time,
             has_rates=True,
         )
-        x, v = (np.where(np.isnan(values), 0.0, values) for values in (motion.x, rates))
+        # Rates may have to be found first.
+        v = motion.v.reshape(count, -1) if problem.elements else np.zeros((count, 0))
+        x, v = (np.where(np.isnan(values), 0.0, values) for values in (motion.x, v))
         return Differentiated(self.solver, x, v, inputs)
 
 
@@ -115,10 +117,12 @@ class MotionDerivative(NamedTuple):
     """How the motion of joints changes.
 
     Attributes:
-        changes: positions, rates and ratios, which hold derivatives.
+        changes: positions and rates, which hold derivatives.
+        ratios: a motion whose velocity ratios do, which are found where they are read.
     """
 
     changes: Motion
+    ratios: Motion
 
     def position(self, joint: str) -> Array:
         """Return that of `Motion.position`, of turns and slides `(…)` [rad or m per unit]."""
@@ -134,7 +138,7 @@ class MotionDerivative(NamedTuple):
 
     def ratio(self, joint: str, drive: int | str = 0) -> Array:
         """Return that of `Motion.ratio`."""
-        return self.changes.ratio(joint, drive)
+        return self.ratios.ratio(joint, drive)
 
 
 class Derivative(Frozen):
@@ -175,19 +179,19 @@ class Derivative(Frozen):
 
     @property
     def balance_residual(self) -> float:
-        """Greatest rate at which bodies get out of balance, relative to that of wrenches.
+        """Greatest rate at which bodies get out of balance, relative to what keeps them there.
 
-        To the latter counts how fast wrenches turn with joints, and, of numbers of the description,
-        the greatest wrench for a change by about all there is. Where elements act, it is some 1e-11
-        by which differences are off. NaN where nothing changes, or no balance is known.
+        That is the rate of wrenches and efforts. To it counts how fast they turn with joints, and,
+        of numbers of the description, the greatest of them for a change by about all there is.
+        Where elements act, it is some 1e-11 by which differences are off. NaN where nothing
+        changes, or no balance is known.
         """
         return self._residuals[1]
 
     @cached_property
     def _residuals(self) -> tuple[float, float]:
-        by = self._of.parameters([self.parameter])
         with np.errstate(all="ignore"):
-            return self._of.differentiated.residuals(by[self.parameter], self._change)
+            return self._of.differentiated.residuals(self._parameter, self._change)
 
     def __getitem__(self, joint: str) -> WrenchDerivative:
         """Return how the wrench of an output changes.
@@ -259,14 +263,26 @@ class Derivative(Frozen):
     def motion(self) -> MotionDerivative:
         """How positions, velocities, accelerations and velocity ratios change."""
         change, of = self._change, self._of.motion
-        x, v, a, ratios = map(change.of, ("x", "v", "a", "ratios"))
+        x, v, a = map(change.of, ("x", "v", "a"))
         x[np.isnan(of.x)] = np.nan
         v[np.isnan(of.v.reshape(v.shape))] = np.nan
         a[np.isnan(of.a.reshape(a.shape))] = np.nan
-        each = VelocityRatios.of(ratios.reshape(*v.shape, len(of.drives)), None)
-        turns = np.zeros_like(x)
-        changes = Motion(of.mechanism, of.drives, x, turns, (v, a, each), self.shape)
-        return MotionDerivative(changes)
+        dense = *v.shape, len(of.drives)
+
+        def changes(rates: Rates | Callable[[], Rates]) -> Motion:
+            return Motion(of.mechanism, of.drives, x, np.zeros_like(x), rates, self.shape)
+
+        def ratios() -> Rates:
+            with np.errstate(all="ignore"):
+                found = self._of.differentiated.ratios(self._parameter)
+            return v, a, VelocityRatios.of(found.reshape(dense))
+
+        known = v, a, VelocityRatios.of(np.full(dense, np.nan))
+        return MotionDerivative(changes(known), changes(ratios))
+
+    @property
+    def _parameter(self) -> Parameter:
+        return self._of.parameters([self.parameter])[self.parameter]
 
 
 class _Rows(NamedTuple):

@@ -210,6 +210,14 @@ def _written(
 ) -> Array:
     """Write sums down.
 
+    A term takes a node for its product, and one for the sum up to it. What needs neither takes none
+    and has that of something else. With changes 0 and 1, which begin as x and one:
+
+        2 = a (0) - (0)     n: a x; n + 1: n - x
+        3 = (2)             none; it is n + 1
+        4 = -(3)            n + 2: -(n + 1)
+        5 = b (1)           none; it is b
+
     Args:
         terms: that are not zero.
         factors: nodes of theirs.
@@ -221,44 +229,37 @@ def _written(
         `(n, 4)` operations of nodes and their arguments.
     """
     zero, one, first_node = known
-    is_first = np.diff(terms.sums, prepend=NOTHING) != 0
-    # Of terms that begin a sum as they are, nothing is written.
     starts = np.full(len(ends), NOTHING)
     starts[[*begun]] = [*begun.values()]
-    is_one = starts[terms.of] == one
-    is_plain = terms.factors == NOTHING
-    is_factor = is_one & ~is_plain & (terms.chosen == 0)  # What one is times.
-    is_product = ~is_plain & ~is_factor
-    is_negated = is_first & (terms.signs < 0)
-    is_summed = ~is_first
-    last = first_node + np.cumsum(is_product.astype(int) + (is_negated | is_summed)) - 1
-    count = int(last[-1]) + 1 - first_node if len(last) else 0
-    is_new = is_product | is_negated | is_summed
-    # The node of each sum up to a term: its own, a factor's, or that of what the term is of.
-    sums_end = np.zeros(len(ends), dtype=int)
-    sums_end[terms.sums] = np.arange(len(terms.sums))
-    every = np.where(is_new, last, np.where(is_factor, factors, starts[terms.of]))
-    leads = np.where(is_new | (every != NOTHING), np.arange(len(every)), sums_end[terms.of])
+    is_factor = (starts[terms.of] == one) & (terms.factors != NOTHING) & (terms.chosen == 0)
+    is_product = (terms.factors != NOTHING) & ~is_factor
+    is_first = np.diff(terms.sums, prepend=NOTHING) != 0
+    is_summed = ~is_first | (terms.signs < 0)
+    last = first_node + np.cumsum(is_product.astype(int) + is_summed) - 1
+    # What stands for each sum up to a term: a node, or what stands for a sum before it.
+    places = np.zeros(len(ends), dtype=int)
+    places[terms.sums] = np.arange(len(terms.sums))
+    every = np.where(is_factor, factors, starts[terms.of])
+    every = np.where(is_product | is_summed, last, every)
+    leads = np.where(every != NOTHING, np.arange(len(every)), places[terms.of])
     while np.any(leads != (further := leads[leads])):
         leads = further
     every = every[leads]
     np.copyto(ends, starts)
-    ends[terms.sums] = every[sums_end[terms.sums]]
+    ends[terms.sums] = every[places[terms.sums]]
     of = np.where(is_factor, factors, ends[terms.of])
-    written = np.full((count, 4), -1, dtype=np.int32)
-    products = (last - is_negated - is_summed)[is_product] - first_node
-    of_products = np.column_stack([factors, of, np.full(len(of), -1)])
+    products, sums = last - is_summed, last
+    written = np.full((int(last[-1]) + 1 - first_node if len(last) else 0, 4), -1, dtype=np.int32)
+    zeros, none = np.full(len(of), zero), np.full(len(of), -1)
     chosen = terms.chosen[:, None]
-    zeros = np.full(len(of), zero)
-    of_products = np.where(chosen > 0, np.column_stack([factors, of, zeros]), of_products)
-    of_products = np.where(chosen < 0, np.column_stack([factors, zeros, of]), of_products)
-    written[products, 0] = np.where(terms.chosen == 0, _MULTIPLY, _SELECT)[is_product]
-    written[products, 1:] = of_products[is_product]
-    of = np.where(is_product, last - is_negated - is_summed, of)
-    negated = last[is_negated] - first_node
-    written[negated, 0], written[negated, 1] = _NEGATIVE, of[is_negated]
-    summed = last[is_summed] - first_node
-    before = np.concatenate([[NOTHING], every[:-1]])
-    written[summed, 0] = np.where(terms.signs > 0, _ADD, _SUBTRACT)[is_summed]
-    written[summed, 1], written[summed, 2] = before[is_summed], of[is_summed]
+    choices = np.column_stack([np.full(len(of), _SELECT), factors, of, zeros])
+    choices = np.where(chosen < 0, choices[:, [0, 1, 3, 2]], choices)
+    times = np.column_stack([np.full(len(of), _MULTIPLY), factors, of, none])
+    written[products[is_product] - first_node] = np.where(chosen == 0, times, choices)[is_product]
+    of = np.where(is_product, products, of)
+    signed = np.where(terms.signs > 0, _ADD, _SUBTRACT)
+    added = np.column_stack([signed, np.roll(every, 1), of, none])
+    negated = np.column_stack([np.full(len(of), _NEGATIVE), of, none, none])
+    own = np.where(is_first[:, None], negated, added)
+    written[sums[is_summed] - first_node] = own[is_summed]
     return written
