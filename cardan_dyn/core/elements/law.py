@@ -53,7 +53,7 @@ class Law(NamedTuple):
         if not is_known or not 0 < len(set(names)) == len(names):
             kind = label.partition(":")[0]
             raise ArgumentError(
-                f"{kind}: of is {described(of)}; it is one or several of {choices(known)}"
+                f"{kind}: of is {described(of)}; it is {choices(known)}, or several"
             )
         if callable(given):
             return Law(given, names)
