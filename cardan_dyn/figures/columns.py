@@ -45,7 +45,7 @@ def over_column(
         curves.setdefault("" if unit == "1" else unit, {})[told] = index, values
     own = ylabel if len(curves) == 1 else ""
     panels = [
-        Panel(own or f"[{unit or '–'}]", unit, (scales or {}).get(unit, 0.0), drawn)
+        Panel(own or f"[{unit or '–'}]", unit, (scales or {}).get(unit, 0.0), drawn, {})
         for unit, drawn in curves.items()
     ]
     return stacked(at, panels, **options)

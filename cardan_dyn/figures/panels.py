@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..kit.arrays import Array
 from .peaks import label_peaks
 from .style import Abscissa, Figure, Into, Size, settle, sheet
@@ -18,12 +20,14 @@ class Panel(NamedTuple):
         unit: of the values.
         scale: size beside which they are rounding.
         curves: names to the indices of their styles and to values `(N,)`.
+        limits: what the curves of these names should stay within, drawn where that is near.
     """
 
     label: str
     unit: str
     scale: float
-    curves: Mapping[str, tuple[int, Array]]
+    curves: dict[str, tuple[int, Array]]
+    limits: dict[str, float]
 
 
 def stacked(
@@ -56,10 +60,14 @@ def stacked(
     drawn = sheet(len(panels), size=size, share_x=True, ax=ax, figsize=figsize)
     first = [drawn.drawn(row) for row in range(len(panels))]
     drawn.over(at)
-    for row, (label, unit, scale, curves) in enumerate(panels):
+    for row, (label, unit, scale, curves, limits) in enumerate(panels):
         panel, lines = drawn.panels[row], []
         for name, (index, values) in curves.items():
             lines += at.draw(panel, {name: values}, first[row] + index, **(line or {}))
+            limit = limits.get(name, np.inf)
+            for side in (-1.0, 1.0):
+                if limit <= 2.0 * np.nanmax(side * values, initial=0.0):
+                    panel.axhline(side * limit, color=lines[-1].get_color(), linestyle=":")
         panel.set_ylabel(label)
         settle(panel, scale)
         label_peaks(panel, lines, unit, at.unit, peaks, scale)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..kit.arrays import NOTHING, ROUNDED, Array
 from ..kit.errors import ArgumentError, choices
+from ..kit.quantities import amount
 from .panels import Panel, stacked
 from .style import SIGN, Abscissa, Figure, Swept
 
@@ -18,6 +19,8 @@ _SIZES = {"force": "N", "moment": "N·m"}
 """Vectors of a `JointWrench` whose sizes are drawn, also of joints without an axis."""
 QUANTITIES = {**UNITS, **_SIZES}
 """Both, and their units."""
+_UNSEEN = 0.01
+"""Part of what acts below which a quantity is not drawn unless it is named: a line is as wide."""
 MARK = " *"
 """What follows the name of something that statics leaves open."""
 PARTS = {"force": ("axial", "shear"), "moment": ("torsion", "bending")}
@@ -31,6 +34,7 @@ def wrench_panels(
     quantities: Sequence[str],
     *,
     others: Collection[str] = (),
+    above: Sequence[Panel] = (),
     **options: Any,
 ) -> Figure:
     """Draw wrenches over an abscissa: an axes per quantity, a line per joint.
@@ -43,8 +47,9 @@ def wrench_panels(
         joints: whose wrenches are drawn.
         at: the abscissa.
         quantities: of `UNITS`, or `force` and `moment` for the sizes of the whole; those that are
-            not all but zero if there are none.
+            not small beside the whole if there are none, the others in a note.
         others: joints that were left out because none was named, which a note says.
+        above: panels above those of joints.
         options: of `stacked`.
 
     Raises:
@@ -63,26 +68,27 @@ def wrench_panels(
         _greatest(wrench.moment for wrench in wrenches),
         turn.mechanism.characteristic_length,
     )
-    shown = quantities or _acting(wrenches, whole)
+    shown, small = (quantities, []) if quantities else _acting(wrenches, whole)
     opened = {(w.joint, name) for w in wrenches for name in shown if not determined(w, name)}
     # A joint has one name in all axes: its star and that of the quantity belong together.
     marked = {joint for joint, _ in opened}
     line = dict(options.pop("line", None) or {})
     label = line.pop("label", "")
     names = [(label or w.joint) + MARK * (w.joint in marked) for w in wrenches]
-    panels = []
+    panels = [*above]
     for quantity in shown:
         star = MARK * any(name == quantity for _, name in opened)
         curves = [values_of(wrench, quantity) for wrench in wrenches]
         unit = QUANTITIES[quantity]
         told = dict(zip(names, enumerate(curves), strict=True))
-        panels.append(Panel(f"{quantity}{star} [{unit}]", unit, whole[unit], told))
+        panels.append(Panel(f"{quantity}{star} [{unit}]", unit, whole[unit], told, {}))
     notes = [sign_note(turn, marked)]
     crosses = [name for name in joints if turn.mechanism.joint(name).type == "universal"]
     if crosses and not set(shown) <= set(_SIZES):
         straight = "turns with the child, and is across both pins where the joint is straight"
         notes.append(f"the axis of {choices(crosses, most=3)} {straight}")
-    notes += [f"not drawn: {choices(others, most=3)}"] if others else []
+    left_out = [choices(others, most=3)] * bool(others) + small
+    notes += [f"not drawn: {'; '.join(left_out)}"] if left_out else []
     return stacked(at, panels, note="; ".join(notes), line=line, **options)
 
 
@@ -138,12 +144,20 @@ def values_of(wrench: Any, quantity: str) -> Array:
     return np.asarray(np.linalg.norm(values, axis=-1) if quantity in _SIZES else values)
 
 
-def _acting(wrenches: Sequence[Any], whole: Mapping[str, float]) -> list[str]:
-    """Return the quantities that are not all but zero; all of moments if nothing acts."""
+def _acting(wrenches: Sequence[Any], whole: Mapping[str, float]) -> tuple[list[str], list[str]]:
+    """Return the quantities that are seen beside the whole, and in words those that are not.
+
+    Where nothing acts, these are the quantities of moments.
+    """
     units = UNITS if all(item.has_axis for item in wrenches) else _SIZES
     sizes = {name: _greatest(values_of(item, name) for item in wrenches) for name in units}
-    found = [name for name, unit in units.items() if sizes[name] > NOTHING * whole[unit]]
-    return found or [name for name, unit in units.items() if unit == "N·m"]
+    found = [name for name, unit in units.items() if sizes[name] > _UNSEEN * whole[unit]]
+    small = [
+        f"{name}, at most {amount(size, units[name], 2)}"
+        for name, size in sizes.items()
+        if name not in found and size > NOTHING * whole[units[name]]
+    ]
+    return found or [name for name, unit in units.items() if unit == "N·m"], small
 
 
 def _greatest(arrays: Any) -> float:

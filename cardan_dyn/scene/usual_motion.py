@@ -15,8 +15,13 @@ from ..core.results.limits import described_limits
 from ..core.results.sweep import Sweep
 from ..kit.arrays import Array
 from ..kit.checks import mapping
-from ..kit.errors import MobilityError
-from ..kit.quantities import span
+from ..kit.errors import (
+    AccuracyError,
+    AssemblyError,
+    MobilityError,
+    SingularConfigurationError,
+)
+from ..kit.quantities import amount, span
 from .drives import Drives, drives_of
 from .presets import Preset, preset_of
 from .scene import Scene
@@ -28,7 +33,7 @@ _ANGLE_SWING = 0.5
 mechanisms allow."""
 _CLEAR = 0.05
 """Part of its range by which a drive stays away from the dead points at its ends, where the scene
-would be refused."""
+would be refused; what is said tells of it. Limits within are gone to."""
 _WAY = 100
 """Steps of a way at which it is asked whether loops still close."""
 
@@ -89,13 +94,17 @@ def usual_motion(mechanism: Mechanism, *, samples: int = 721, **given: Any) -> U
     if found is None:
         said, box = f"{name} turns once{why}", np.array([[0.0, 2.0 * np.pi]])
         return UsualMotion(scene, phase, True, speed, said, box)
-    low, high = found
+    (low, high), dead = found
     swing = (low + high) / 2.0 + (high - low) / 2.0 * np.sin(phase)
-    unit = "m" if slides(mechanism, name) else "°"
-    least, most = (value if unit == "m" else np.rad2deg(value) for value in found)
-    between = span(least, most, unit, " and ")
-    said = f"{name} moves between {between}, there and back{why}"
-    return UsualMotion(scene, np.asarray(swing), False, speed, said, np.array([found]))
+    unit, size = ("m", 1.0) if slides(mechanism, name) else ("°", np.pi / 180.0)
+    said = f"{name} moves between {span(low / size, high / size, unit, ' and ')}, there and back"
+    if dead:
+        points = " and ".join(amount(point / size, unit) for point in dead)
+        said += (
+            f", {_CLEAR:.0%} of its way short of where loops end it ({points}), towards which "
+            "forces may grow without bound"
+        )
+    return UsualMotion(scene, swing, False, speed, f"{said}{why}", np.array([found[0]]))
 
 
 def default_scene(mechanism: Mechanism, **given: Any) -> Scene:
@@ -128,60 +137,64 @@ def _scene_and_why(
     if preset is not None:
         resting = {name: np.deg2rad(angle) for name, angle in preset.held_deg.items()}
         drives, positions = drives or preset.drive, {**resting, **positions}
-    elif not drives:
-        found = drives_of(mechanism)
-        if not found.default:
-            raise MobilityError(
-                f"{mechanism.name}: {found.reason}; `cardan-dyn check` says more",
-                mobility=found.mobility,
-            )
-        drives, positions = _with_held(found, positions)
-        if found.is_moved:
-            # What is held elsewhere is brought there from the start.
-            start = found.start.positions.items()
-            given = mapping("near", keyframe(mechanism, near))
-            near = {name: value for name, value in start if name not in positions} | given
-        why = f" ({found.reason.partition(':')[0]})"
     preset = preset or Preset()
-    return Scene(
-        mechanism,
-        drive=list(drives),
-        held={name: float(value) for name, value in positions.items() if name not in drives},
-        loads=preset.loads if loads is None else loads,
-        gravity=preset.gravity if gravity is None else gravity,
-        near=near or None,
-    ), why
+
+    def scene_of() -> Scene:
+        return Scene(
+            mechanism,
+            drive=list(drives),
+            held={name: float(value) for name, value in positions.items() if name not in drives},
+            loads=preset.loads if loads is None else loads,
+            gravity=preset.gravity if gravity is None else gravity,
+            near=near or None,
+        )
+
+    if drives:
+        try:
+            return scene_of(), why
+        except MobilityError as error:
+            if error.mobility is None or error.mobility <= len({*drives, *positions}):
+                raise
+    found = drives_of(mechanism)
+    if not found.default:
+        raise MobilityError(
+            f"{mechanism.name}: {found.reason}; `cardan-dyn check` says more",
+            mobility=found.mobility,
+        )
+    if not drives:
+        why = f" ({found.reason.partition(':')[0]})"
+    drives, positions = _completed(found, drives, positions)
+    if found.is_moved:
+        # What is held elsewhere is brought there from the start.
+        start = found.start.positions.items()
+        given = mapping("near", keyframe(mechanism, near))
+        near = {name: value for name, value in start if name not in positions} | given
+    return scene_of(), why
 
 
-def _with_held(
-    found: Drives, given: Mapping[str, float]
+def _completed(
+    found: Drives, drives: tuple[str, ...], held: Mapping[str, float]
 ) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Return drives and held joints where some are held at other positions, or other ones are."""
-    drives, held = list(found.default), dict(found.held)
-    for name, value in given.items():
+    """Return drives, the default ones if none are given, and held joints, which decide the rest."""
+    left = list(found.needed)
+    for name in (*drives, *held):
         places = [name, *(found[name].instead_of if name in found else ())]
-        place = next((item for item in places if item in held or item in drives), None)
-        if place in held:
-            del held[place]  # Also where it is the joint itself, which is held last then.
-        elif place is not None and len(drives) > 1:
-            drives.remove(place)
-        held[name] = value
-    return tuple(drives), held
+        place = next((item for item in places if item in left), None)
+        if place is not None and (drives or [place] != [*found.default]):
+            left.remove(place)
+    drives = drives or tuple(name for name in found.default if name in left)
+    return drives, {name: found[name].start for name in left if name not in drives} | {**held}
 
 
-def _range(scene: Scene, drive: str) -> tuple[float, float] | None:
-    """Return between which positions a single drive swings; None if it turns through."""
+def _range(scene: Scene, drive: str) -> tuple[tuple[float, float], list[float]] | None:
+    """Return where a single drive swings, and what ends it is kept clear of; None if it turns."""
     mechanism = scene.mechanism
     is_slide = slides(mechanism, drive)
-    low, high = scene.motion_range()
-    bottom, top = described_limits(mechanism, drive)
-    # Dead points at the ends are kept clear of, limits are not.
-    clear = _CLEAR * (high - low) if np.isfinite(high - low) else 0.0
+    loops, limits = np.array(scene.motion_range()), np.array(described_limits(mechanism, drive))
     start = float(scene.solver.assembly.start[mechanism.coordinates.named[drive].column])
-    low, high = low + clear, high - clear
-    # A start beyond limits is where loops were closed first, and the way leads on from there.
-    if max(low, bottom) < min(high, top):
-        low, high = max(low, bottom), min(high, top)
+    low, high = np.array([max(loops[0], limits[0]), min(loops[1], limits[1])])
+    if low >= high:  # A start beyond limits, where loops were closed, from which the way leads on.
+        low, high = loops
     if not is_slide and not np.isfinite(low) and not np.isfinite(high):
         return None
     reach = _SLIDE_SWING * mechanism.characteristic_length if is_slide else _ANGLE_SWING
@@ -189,7 +202,16 @@ def _range(scene: Scene, drive: str) -> tuple[float, float] | None:
         low = min(start, high) - reach
     if not np.isfinite(high):
         high = max(start, low) + reach
-    return float(low), float(high)
+    ends, inward = np.array([low, high]), np.array([1.0, -1.0])
+    clear = _CLEAR * (high - low)
+    is_dead, is_near = ends == loops, np.abs(ends - loops) < clear
+    if np.any(is_near & ~is_dead):
+        try:
+            scene.sweep(np.where(is_dead, ends + clear * inward, ends))
+        except (AccuracyError, AssemblyError, SingularConfigurationError):
+            is_dead = is_near
+    low, high = np.where(is_dead, ends + clear * inward, ends).tolist()
+    return (low, high), loops[is_dead].tolist()
 
 
 def slides(mechanism: Mechanism, name: str) -> bool:

@@ -418,7 +418,7 @@ def test_the_proof_has_the_law_once_more(thrust: object, of: object) -> None:
         (
             lambda *lengths: 0.0,
             ("length", "length"),
-            r"of is .* it is length, rate, time, each once",
+            r"of is .* it is length, rate, time, or several",
         ),
     ],
 )

@@ -109,6 +109,8 @@ def xml_root(source: str | bytes, where: str) -> tuple[Element, str]:
         hint = ""
         if isinstance(source, bytes) and not source.isascii():
             hint = "; is it in the encoding that it declares, UTF-8 where it declares none?"
+        if where.endswith(".toml"):
+            hint = "; drive lines in TOML are for `cardan-dyn driveline` and cd.drive_lines"
         raise ModelError(f"{where}: malformed XML: {error}{hint}") from error
     if _ELSEWHERE.search(plain):
         raise ModelError(f"{where}: its DOCTYPE refers to another document, which is not read")

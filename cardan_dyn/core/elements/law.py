@@ -52,7 +52,9 @@ class Law(NamedTuple):
         is_known = all(isinstance(name, str) and name in known for name in names)
         if not is_known or not 0 < len(set(names)) == len(names):
             kind = label.partition(":")[0]
-            raise ArgumentError(f"{kind}: of is {described(of)}; it is {choices(known)}, each once")
+            raise ArgumentError(
+                f"{kind}: of is {described(of)}; it is {choices(known)}, or several"
+            )
         if callable(given):
             return Law(given, names)
         array = numbers(label, given)

@@ -376,6 +376,11 @@ def split_loads(
         label = f"loads[{shortened(repr(name))}]"
         if _is_effort(mechanism, name, value):
             check_single(mechanism, name, "loaded joint")
+            if callable(value):
+                raise ArgumentError(
+                    f"{label} is a function: Scene.simulate takes such loads, or an Actuator among "
+                    "elements; a sweep takes arrays with a value for each position"
+                )
             efforts[name] = numbers(label, value)
             if not efforts[name].size:
                 raise ArgumentError(f"{label} is empty")

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import NOTHING, Array
 from ...kit.quantities import span
 from ..elements.link_loads import Wrench
 
@@ -39,7 +39,10 @@ def case_line(turn: Any) -> str:
     if hasattr(turn, "kinetic_energy"):
         drives = [_ends(turn.time, "s")]
     else:
-        drives = [_lead(lead) for lead in turn.leads]
+        varied = [lead for lead in turn.leads if np.ptp(lead.position)]
+        drives = [
+            _lead(lead) for lead in (turn.leads if len(varied) > _MOST else varied or turn.leads)
+        ]
     what = "rows" if hasattr(turn, "rows") else "drives"
     parts = (_counted(drives, what), _counted(loads, "loads"))
     return f"{turn.mechanism.name}: {', '.join(filter(None, parts))}".removesuffix(": ")
@@ -56,7 +59,8 @@ def _lead(lead: Lead) -> str:
     else:
         way = _ends(np.rad2deg(lead.position), "°")
         fast = _ends(30.0 / np.pi * lead.speed, "1/min")
-    return f"{lead.name} {way} at {fast}" if np.any(lead.speed) else f"{lead.name} {way}"
+    moves = np.any(np.abs(lead.speed) > NOTHING)  # What is less comes from rounding.
+    return f"{lead.name} {way} at {fast}" if moves else f"{lead.name} {way}"
 
 
 def _load(turn: Any, name: str) -> str:

@@ -65,15 +65,20 @@ def _limited(sweep: Any) -> Iterator[tuple[str, Array, float, float, str]]:
         near = values - turn * np.round((values - middle) / turn)
         low, high = float(np.degrees(low)), float(np.degrees(high))
         yield f"limit of {name}", np.degrees(near), low, high, "°"
-    stated = {item.name: item.limits.effort for item in sweep.mechanism.description.joints}
-    for name, values in _efforts(sweep).items():
-        limit = stated.get(name, np.inf)
-        if 0.0 < limit < np.inf:
+    limits = effort_limits(sweep.mechanism)
+    for name, values in efforts(sweep).items():
+        if name in limits:
             unit = sweep.mechanism.drivable[name].effort_unit
-            yield f"effort limit of {name}", values, -limit, limit, unit
+            yield f"effort limit of {name}", values, -limits[name], limits[name], unit
 
 
-def _efforts(sweep: Any) -> dict[str, Array]:
+def effort_limits(mechanism: Mechanism) -> dict[str, float]:
+    """Return the efforts that joints have at most by their description [N·m or N]."""
+    every = {item.name: item.limits.effort for item in mechanism.description.joints}
+    return {name: limit for name, limit in every.items() if 0.0 < limit < np.inf}
+
+
+def efforts(sweep: Any) -> dict[str, Array]:
     """Return the efforts of what is driven, held or actuated, as far as they are known."""
     try:
         of_drives = np.reshape(sweep.drive_effort, (*sweep.shape, -1))

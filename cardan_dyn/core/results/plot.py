@@ -24,10 +24,13 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, choices
+from ...kit.quantities import amount
 from .case_line import case_line
+from .limits import effort_limits, efforts
 from .table import Table
 
 if TYPE_CHECKING:
+    from ...figures.panels import Panel
     from ...figures.style import Abscissa, Figure
 
 _MOST_JOINTS = 4
@@ -255,8 +258,9 @@ class MotionPlot(Plot):
 
         Args:
             columns: names of joints, or names of columns of the table or arrays (see `Plot`), not
-                of both; if there is none, the joints that are driven, loaded or hang on the ground:
-                four at most, on which most acts.
+                of both; if there is none, the efforts of drives and actuated joints with their
+                limits, and joints that are driven, loaded or hang on the ground: four at most, on
+                which most acts.
             x: name of a joint, whose position is the abscissa, or of a column, or an array `(N,)`;
                 the position of the first drive, or the time of a trajectory, if empty.
             quantities: of joints: `torsion`, `bending`, `axial`, `shear`, and the sizes `force` and
@@ -282,8 +286,8 @@ class MotionPlot(Plot):
         if not joints:
             # Where no wrench was asked for, efforts are drawn.
             known = () if columns else self._table().columns()
-            efforts = [name for name in known if name.endswith("drive_effort")]
-            shown = columns or efforts
+            driven = [name for name in known if name.endswith("drive_effort")]
+            shown = columns or driven
             return super().__call__(*shown, x=x, label=label, xlabel=xlabel, **options)
         from ...figures.style import in_look, names, refuse_grid
         from ...figures.wrenches import wrench_panels
@@ -303,9 +307,29 @@ class MotionPlot(Plot):
             self._over(x, xlabel),
             drawn,
             others=others,
+            above=[] if columns or drawn or "ax" in options else self._of_drives(),
             line=line,
             **self._titled(own),
         )
+
+    def _of_drives(self) -> list[Panel]:
+        """Return panels of the efforts of drives and actuated joints that act, one for a unit."""
+        from ...figures.panels import Panel
+
+        turn, limits = self._result, effort_limits(self._result.mechanism)
+        held = getattr(turn, "sweep", turn).holding_effort
+        found: dict[str, Panel] = {}
+        for name, values in efforts(turn).items():
+            if name in held or not np.any(values):
+                continue
+            label, unit = name, turn.mechanism.drivable[name].effort_unit
+            if name in limits:
+                label += f", limit {amount(limits[name], unit)}"
+            panel = found.setdefault(unit, Panel(f"effort of drives [{unit}]", unit, 0.0, {}, {}))
+            panel.curves[label] = len(panel.curves), values
+            if name in limits:
+                panel.limits[label] = limits[name]
+        return list(found.values())
 
     def _titled(self, options: Mapping[str, Any]) -> dict[str, Any]:
         """Return options with the case as the title of a new figure that was given none."""
@@ -446,9 +470,8 @@ class MotionPlot(Plot):
         self, x: Any, label: str, table: Table, known: Mapping[str, tuple[Array, str]]
     ) -> Abscissa:
         turn = self._result
-        if self._has_task and isinstance(x, str) and not x:
-            at = self._led()
-            return at._replace(label=label or at.label)
+        if isinstance(x, str) and not x and (self._has_task or np.ndim(turn.time) == 1):
+            return self._over(x, label)
         if isinstance(x, str) and f"{x}.task_position" in known:
             label = label or super()._abscissa(f"{x}.task_position", "", table, known).label
             return super()._abscissa(
@@ -502,21 +525,27 @@ class MotionPlot(Plot):
 
         turn = self._result
         if isinstance(x, str) and not x:
-            if hasattr(turn, "kinetic_energy") or not turn.coordinates:
-                at = times_of(turn)
-            else:
-                at = self._led()
+            is_timed = np.ndim(turn.time) == 1 or not turn.coordinates
+            at = times_of(turn) if is_timed else self._led()
             return at._replace(label=label or at.label)
         table = self._table()
         return self._abscissa(x, label, table, table.columns())
 
     def _led(self) -> Abscissa:
-        """Return the first of what moves as given, of a task the first that varies."""
+        """Return the first of what moves as given that goes one way only, or else the samples."""
+        from ...figures.style import over
         from ...figures.wrenches import led
 
         leads = self._result.leads
-        varied = [lead for lead in leads if np.ptp(lead.position)] if self._has_task else []
-        return led(*(varied or leads)[0][:3])
+        varied = [lead for lead in leads if np.ptp(lead.position)]
+        one_way = [
+            lead
+            for lead in varied
+            if abs(np.sum(np.sign(np.diff(lead.position)))) == len(lead.position) - 1
+        ]
+        if len(varied) > 1 and not one_way:
+            return over("sample", np.arange(len(leads[0].position)), "")
+        return led(*(one_way or varied or leads)[0][:3])
 
     @property
     def _has_task(self) -> bool:

@@ -35,7 +35,7 @@ class Transmission(Maps):
 
     Both ways start where the scene does, and keep its assembly mode: actuated positions are reached
     along the straight line of actuated coordinates, joints along that of joints. Loads, gravity and
-    elements of the scene play no part. `fitted` makes functions of it that take a microsecond.
+    elements of the scene play no part. `fitted` makes functions of it that take microseconds.
     """
 
     _meant: ClassVar[Mapping[str, str]] = {
@@ -202,7 +202,7 @@ class Transmission(Maps):
         actuated: Mapping[str, ArrayLike] | None = None,
         joints: Mapping[str, ArrayLike] | None = None,
     ) -> FittedTransmission:
-        """Return functions that do the same within ranges, a microsecond a call.
+        """Return functions that do the same within ranges, in microseconds a call.
 
         Args:
             actuated: actuated coordinates to their least and greatest positions [rad or m]; what is

@@ -60,6 +60,12 @@ class Command(click.Command):
         return super().parse_args(ctx, spread)
 
 
+def end_by(missed: object) -> None:
+    """End with `MISSED` if there is anything that is missed."""
+    if missed:
+        raise SystemExit(MISSED)
+
+
 def _show_warning(message: Warning | str, *_where: object) -> None:
     """Print a warning on standard error, with options instead of arguments."""
     text = str(message).replace('gravity="description"', "--gravity description")

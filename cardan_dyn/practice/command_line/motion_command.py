@@ -26,7 +26,7 @@ from ...motion.simulation.progress import INTERRUPTED
 from ...motion.simulation.trajectory import Trajectory
 from ...scene.scene import Scene
 from ...scene.usual_motion import UsualMotion, default_scene, slides, usual_motion
-from .group import Interrupted
+from .group import Interrupted, end_by
 from .quantities import by_coordinate, ends_of, of_scene, shown, value_of
 from .quantities import positions as positions_of
 from .tables import say, show
@@ -130,6 +130,7 @@ def sweep_of(
         else:
             _print_extremes(swept, *_over(swept, swept.drives[0]))
     outputs.write(swept, joints)
+    end_by(exceeded(swept))
 
 
 def simulation_of(
@@ -192,6 +193,7 @@ def simulation_of(
         raise failure
     if found.reason == INTERRUPTED:
         raise Interrupted(f"interrupted at {found.time[-1]:.6g} s of {duration:g} s")
+    end_by(exceeded(found.sweep))
 
 
 def _free_scene(

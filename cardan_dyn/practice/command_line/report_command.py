@@ -13,6 +13,7 @@ from ...scene.usual_motion import default_scene
 from ..report.case import case_of
 from ..report.grids import stem_of
 from ..report.reporting import Report, Reports
+from .group import end_by
 from .options import Written
 from .quantities import assigned, efforts, ends_of, value_of
 from .quantities import positions as positions_of
@@ -77,12 +78,14 @@ def run(
     found: Report | Reports = reports[0] if len(reports) == 1 else Reports(reports)
     click.echo(found)
     click.echo(f"Report: {found.save(file, scene=with_scene)}")
+    end_by(any(report.exceeded for report in reports))
 
 
 def _several(text: str, option: str) -> list[str]:
     """Return values with commas between them, and say how one is read that may be a decimal."""
     values = text.split(",")
-    if re.fullmatch(r"\s*[-+]?\d+,\d+\D*", text):
+    pair = re.fullmatch(r"\s*[-+]?(\d+),(\d+)\D*", text)
+    if pair and (len(pair[1]) == 1 or len(pair[2]) < len(pair[1])):
         click.echo(
             f"{option} {text} is read as two load cases, {' and '.join(values)}; one number with "
             f"decimals has a point: {'.'.join(values)}",

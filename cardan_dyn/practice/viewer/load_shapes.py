@@ -17,7 +17,7 @@ from .places import Places
 from .vectors import Vectors, greatest
 
 LOAD = Color.of("#b71c1c", on_top=True, layer=7)
-DRIVE = Color.of("#00695c", opacity=0.9, on_top=True, layer=2)
+DRIVE = Color.of("#00695c", opacity=0.5, on_top=True, layer=2)
 GRAVITY = Color.of("#455a64", on_top=True, layer=2)
 _ARC = 0.17
 """Radius of the arc of a turn that is driven and of the greatest moment, in radii of the scene."""

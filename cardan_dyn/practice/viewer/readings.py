@@ -13,10 +13,10 @@ from ...core.elements.link_loads import Wrench
 from ...core.mechanism.joints import Joint
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.left_open import named_components
+from ...core.results.limits import efforts
 from ...core.results.sweep import Sweep
 from ...figures.wrenches import QUANTITIES, determined, together, values_of
 from ...kit.arrays import NOTHING, Array
-from ...kit.errors import ModelError
 from ...kit.quantities import amount, prefix, span
 from .commands import STEADY, Arrays, node_name
 from .default_shapes import attachments_of
@@ -25,8 +25,6 @@ from .still import Still
 from .vectors import greatest, slide
 
 SIGN = "Forces and moments are those that the parent exerts on the child."
-_TYPES = {"continuous": "revolute"}
-"""Types that a reader would not tell apart."""
 _EFFORTS = {
     "drive": ("#1257b3", "effort of the drive"),
     "holding": ("#6d4c41", "effort that holds it"),
@@ -148,6 +146,9 @@ class _Teller:
         links = reversed(list(self._mechanism.links.items()))
         self._first = {body: name for name, (body, _) in links}
         self._loops = {loop.joint for loop in self._mechanism.loops}
+        described = self._mechanism.description
+        self._links = {item.name: (item.parent, item.child) for item in described.joints}
+        self._links |= {item.name: (item.predecessor, item.successor) for item in described.loops}
         self._ends = {
             item.joint: (item.other, body)
             for body, items in attachments_of(self._mechanism).items()
@@ -225,14 +226,15 @@ class _Teller:
     def joint(self, name: str) -> dict[str, Any]:
         """Return what a joint is and what it carries."""
         joint = self._mechanism.joints[name]
-        kind = _TYPES.get(joint.type, joint.type)
         parent, child = (self._first.get(body, "") for body in self._ends[name])
+        ends = self._links.get(name, (parent, child))
         told: dict[str, Any] = {
             "name": name,
             "node": node_name(name),
-            "type": f"{kind}, closes a loop" if name in self._loops else kind,
+            "type": f"{joint.type}, closes a loop" if name in self._loops else joint.type,
             "parent": parent,
             "child": child,
+            "ends": f", from {ends[0]} to {ends[1]}" if all(ends) else "",
             "open": "",
             "stroke": self._stroke(joint),
             "series": [],
@@ -265,22 +267,20 @@ class _Teller:
 
     def _efforts(self, joint: Joint) -> list[tuple[str, str, Array, bool]]:
         """Return what drives or holds a joint."""
-        sweep, found = self._sweep, []
+        sweep = self._sweep
         if isinstance(sweep, Still):
             return []
-        for column, name in enumerate(sweep.coordinates):
-            coordinate = self._mechanism.drivable[name]
-            if coordinate.joint == joint.name and name not in sweep.free:
-                try:
-                    effort = sweep.drive_effort.reshape(len(sweep), -1)[:, column]
-                except ModelError:  # The outputs leave it out.
-                    continue
-                found.append(("drive", coordinate.effort_unit, effort, True))
-        for name, effort in sweep.holding_effort.items():
-            coordinate = self._mechanism.drivable[name]
-            if coordinate.joint == joint.name:
-                found.append(("holding", coordinate.effort_unit, effort, True))
-        return found
+        drivable = self._mechanism.drivable
+        return [
+            (
+                "holding" if name in sweep.holding_effort else "drive",
+                drivable[name].effort_unit,
+                effort,
+                True,
+            )
+            for name, effort in efforts(sweep).items()
+            if drivable[name].joint == joint.name and name not in sweep.free
+        ]
 
     def _one(self, name: str, unit: str, values: Array, unique: bool) -> dict[str, Any]:
         values = values[self._samples]

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.mechanism.joints import Joint
+from ...core.results.limits import efforts
 from ...core.results.sweep import Sweep
 from ...core.results.wrench import WITHOUT_AXIS
 from ...figures.wrenches import PARTS, together
@@ -107,9 +108,10 @@ class Scenery:
         scales: how long arrows are.
         points: `(n, 3)` what the camera has to see [m].
         notes: what of the links is drawn otherwise than their description says, and why.
-        bearings: joints of those that are drawn which are on the ground; all where none is. Their
-            wrenches are asked for first. The nodes of a joint are `/force/NAME`, `/torsion/NAME`,
-            `/bending/NAME`, `/moment/NAME`, `/traces/NAME`, `/axes/NAME` and `/labels/NAME`.
+        bearings: joints of those that are drawn which are on the ground or driven; all where none
+            is. Their wrenches are asked for first. The nodes of a joint are `/force/NAME`,
+            `/torsion/NAME`, `/bending/NAME`, `/moment/NAME`, `/traces/NAME`, `/axes/NAME` and
+            `/labels/NAME`.
         spread: extents of where joints are along x, y and z [m]; by these a linkage is flat.
     """
 
@@ -175,11 +177,15 @@ def build(
         draw_elements(drawing, sweep, samples)
     if loaded:
         draw_loads(drawing, loaded, samples)
-        driven = [name for name in loaded.drives if name not in swings]
-        draw_drives(drawing, loaded, samples, driven)
+        draw_drives(
+            drawing, loaded, samples, [name for name in loaded.drives if name not in swings]
+        )
         if loaded.gravity.ndim == 1 and np.any(loaded.gravity):
             draw_gravity(drawing, loaded.gravity, points)
-    bearings = tuple(name for name in joints if name in on_ground) or joints
+    drivable, driven = sweep.mechanism.drivable, set[str]()
+    if isinstance(sweep, Sweep):
+        driven = {drivable[name].joint for name in efforts(sweep) if name not in sweep.held}
+    bearings = tuple(name for name in joints if name in on_ground or name in driven) or joints
     seen = forms.extremes(np.concatenate(drawing.seen))
     return Scenery(drawing, tuple(builder.scales), seen, bodies.notes, bearings, bodies.spread())
 

@@ -88,7 +88,8 @@ def test_several_speeds_and_loads_are_load_cases(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "is_said"), [("0,5", True), ("100,200", True), ("100rpm,200rpm", False), ("7", False)]
+    ("text", "is_said"),
+    [("0,5", True), ("12,5", True), ("40,60", False), ("1rpm,2rpm", False), ("7", False)],
 )
 def test_a_comma_that_may_be_a_decimal_is_told(text: str, is_said: bool, tmp_path: Path) -> None:
     found = run("four_bar", "--speed", text, "--samples", 9, "--out", tmp_path / "x.csv")
@@ -96,3 +97,24 @@ def test_a_comma_that_may_be_a_decimal_is_told(text: str, is_said: bool, tmp_pat
     told = f"is read as two load cases, {text.replace(',', ' and ')}"
     assert (told in found.stderr) == is_said
     assert (f"has a point: {text.replace(',', '.')}" in found.stderr) == is_said
+
+
+def test_a_limit_that_is_missed_ends_with_1(tmp_path: Path) -> None:
+    """A bar of 1 kg that is held level takes 4.905 N·m, of which its motor gives 4."""
+    bar = tmp_path / "bar.urdf"
+    text = (
+        '<robot name="bar"><link name="ground"/><link name="arm"><inertial><origin xyz="0.5 0 0"/>'
+        '<mass value="1"/><inertia ixx="0" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '</link><joint name="motor" type="revolute"><parent link="ground"/><child link="arm"/>'
+        '<axis xyz="0 1 0"/><limit lower="-0.5" upper="0.5" effort="{}" velocity="1"/></joint>'
+        "</robot>"
+    )
+    for effort, code in ((4, 1), (5, 0)):
+        bar.write_text(text.format(effort), encoding="utf-8")
+        acting = (bar, "--gravity", 0, 0, -9.81, "--samples", 9)
+        assert run(*acting, "--out", tmp_path / "x.csv").exit_code == code
+        found = CliRunner().invoke(main, ["sweep", *map(str, acting)])
+        assert found.exit_code == code, found.output
+        assert (
+            "Exceeds effort limit of motor (-4 N·m): -4.905 N·m" in " ".join(found.output.split())
+        ) == bool(code)

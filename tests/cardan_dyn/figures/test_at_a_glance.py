@@ -56,8 +56,41 @@ def test_cases_of_several_drives_of_wrenches_and_of_time() -> None:
 
 
 def test_what_is_left_out_is_said(turn: cd.Sweep) -> None:
-    assert note(turn.plot()).endswith("not drawn: crank_pin, rocker_pin")
-    assert "not drawn" not in note(turn.plot("crank_bearing"))
+    said = note(turn.plot())
+    bending = max(turn[name].bending.max() for name in ("crank_bearing", "rocker_bearing"))
+    assert f"not drawn: crank_pin, rocker_pin; bending, at most {bending:.2g} N·m; axial" in said
+    assert [panel.get_ylabel().split()[0] for panel in turn.plot().axes] == [
+        "effort",
+        "torsion",
+        "shear",
+    ]
+    # What is named is drawn, however small it is.
+    assert len(turn.plot("crank_bearing", quantities="bending").axes) == 1
+    assert "crank_pin" not in note(turn.plot("crank_bearing"))
+
+
+def test_efforts_of_drives_stand_above_with_the_limits_that_are_near() -> None:
+    text = (
+        '<robot name="bar"><link name="ground"/><link name="arm"><inertial><origin xyz="0.5 0 0"/>'
+        '<mass value="1"/><inertia ixx="0" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '</link><joint name="motor" type="revolute"><parent link="ground"/><child link="arm"/>'
+        '<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="{}" velocity="1"/></joint></robot>'
+    )
+    for effort, drawn in ((4.0, [-4.0]), (100.0, [])):
+        scene = cd.Scene(cd.load(text.format(effort)), drive="motor", gravity=(0.0, 0.0, -9.81))
+        swept = scene.sweep(np.linspace(-0.5, 0.5, 9))
+        effort_axes = swept.plot().axes[0]
+        curve, *limits = effort_axes.get_lines()
+        np.testing.assert_array_equal(curve.get_ydata(), swept.drive_effort)
+        assert curve.get_label() == f"motor, limit {effort:g} N·m"
+        assert [line.get_ydata()[0] for line in limits] == drawn
+
+
+def test_what_was_given_its_times_is_drawn_over_them(turn: cd.Sweep) -> None:
+    timed = SCENE.sweep(turn.position, speed=20.0, time=np.linspace(0.0, 3.0, 25))
+    for figure in (timed.plot(), timed.plot("drive_effort")):
+        assert figure.axes[-1].get_xlabel() == "time [s]"
+    assert timed.plot(x="crank_bearing").axes[-1].get_xlabel() == "crank_bearing [°]"
 
 
 def test_the_axis_of_a_cross_is_said() -> None:

@@ -90,7 +90,8 @@ def test_arrays_of_xarray_tell_their_names_and_units(turn: cd.Sweep) -> None:
 
 
 def test_without_a_name_bearings_and_loads_are_drawn(turn: cd.Sweep) -> None:
-    torsion, bending = turn.plot().axes
+    effort, torsion, bending = turn.plot().axes
+    np.testing.assert_array_equal(effort.get_lines()[0].get_ydata(), turn.drive_effort)
     # The joint angle is held, and neither driven nor loaded.
     assert [line.get_label() for line in bending.lines] == ["bearing_in", "bearing_out"]
     # The shafts carry no forces: rounding alone is no quantity.

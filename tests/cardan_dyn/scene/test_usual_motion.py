@@ -185,3 +185,36 @@ def test_a_start_beyond_limits_leads_into_them() -> None:
     motion = usual_motion(ram, samples=9)
     np.testing.assert_allclose(motion.positions, swing(1.2, 2.0, 0.5), rtol=1e-15)
     assert "j moves between 1.2 and 2 m" in motion.said
+
+
+def limited_rocker(low: float, high: float) -> cd.Mechanism:
+    """The four-bar linkage whose rocker D has limits, and nothing else."""
+    limit = f'<limit lower="{low!r}" upper="{high!r}" effort="0" velocity="0"/></joint>'
+    before, rocker, after = four_bar().description.source.text.partition('<joint name="D" ')
+    after = after.replace("continuous", "revolute", 1).replace("</joint>", limit, 1)
+    return cd.load(before + rocker + after)
+
+
+def test_limits_are_gone_to_and_what_is_cut_at_dead_points_is_said() -> None:
+    dead_low, dead_high = rocker_range()
+    way = dead_high - dead_low
+    # A limit that is nearer to the dead point than a swing without limits would go.
+    motion = usual_motion(limited_rocker(dead_low + 0.01 * way, dead_high + 1.0), drive=("D",))
+    at = motion.sweep().motion.position("D")
+    assert at.min() == pytest.approx(dead_low + 0.01 * way, abs=1e-12)
+    assert at.max() == pytest.approx(dead_high - 0.05 * 0.99 * way, abs=1e-6)
+    assert f"5% of its way short of where loops end it ({np.degrees(dead_high):.2f}" in motion.said
+    within = usual_motion(limited_rocker(dead_low + 0.2 * way, dead_high - 0.2 * way), drive=("D",))
+    assert "loops" not in within.said
+    # At a limit that is the dead point itself nothing can be computed.
+    at_it = usual_motion(limited_rocker(dead_low, dead_high), drive=("D",))
+    assert np.ptp(at_it.sweep().motion.position("D")) == pytest.approx(0.9 * way, rel=1e-6)
+
+
+def test_what_is_not_named_is_held_where_it_is_held_without_any_name() -> None:
+    """One crank of a five-bar linkage that is driven leaves the other where it starts."""
+    scene = default_scene(five_bar(), drive=("A",))
+    assert scene.drives == ("A",) and dict(scene.held) == {"D": 0.0}
+    assert dict(default_scene(five_bar(), drive=("A",), held={"D": 0.1}).held) == {"D": 0.1}
+    with pytest.raises(cd.MobilityError):
+        default_scene(four_bar(), drive=("A",), held={"D": 1.0})

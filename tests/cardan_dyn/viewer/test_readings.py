@@ -154,7 +154,7 @@ def test_the_numbers_of_a_joint_are_those_of_the_sweep() -> None:
     assert (joints["crank_bearing"]["parent"], joints["crank_bearing"]["child"]) == (
         *("base", "crank"),
     )
-    assert joints["rocker_pin"]["type"] == "revolute, closes a loop"
+    assert joints["rocker_pin"]["type"] == "continuous, closes a loop"
     assert {joints["rocker_pin"]["parent"], joints["rocker_pin"]["child"]} == {"coupler", "rocker"}
 
 

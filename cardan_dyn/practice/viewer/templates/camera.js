@@ -117,12 +117,12 @@ function placeCamera() {
   request();
 }
 
-// Looks across the two longest extents of the scene, somewhat from above and from the side.
-// A linkage whose joints lie in a plane is flat, however thick its links are drawn.
+// Looks at a linkage whose joints lie in a plane along its normal, and else across the two longest
+// extents of the scene, somewhat from above and from the side.
 function bestDirection() {
   const [least, between] = [...data.spread].sort((one, other) => one - other);
-  const { x, y, z } = least < 0.2 * between
-    ? new THREE.Vector3(...data.spread) : middle.getSize(new THREE.Vector3());
+  if (least < 0.2 * between) return VIEWS[["side", "front", "top"][data.spread.indexOf(least)]];
+  const { x, y, z } = middle.getSize(new THREE.Vector3());
   if (z < 0.6 * Math.min(x, y)) return [-0.25, -0.55, 1];
   if (x < 0.6 * Math.min(y, z)) return [1, -0.5, 0.45];
   return [-0.35, -1, 0.62];
@@ -255,7 +255,7 @@ const scaleRows = [
   ...data.scales.map((item) => ({
     perMetre: item.per_metre, arrow: true,
     kind: item.kind, text: (value) => measured(value, item.unit)
-      + (item.longest ? `, cut at ${measured(item.longest, item.unit)}` : ""),
+      + (item.longest ? `; beyond ${toldUpTo(item.longest, item.unit, 3).full(item.longest)} arrows are cut` : ""),
   })),
 ].map((row) => {
   const line = draw("svg", { width: 10, height: 10 }), text = make("span");

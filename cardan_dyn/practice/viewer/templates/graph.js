@@ -75,7 +75,8 @@ function graphOf(joint, { scale, unit }, drawn) {
     draw("text", { x: LEFT - 5, y: y(value * scale) + 4, "text-anchor": "end" }, svg).textContent = text;
     if (value === 0) draw("line", { class: "zero", x1: LEFT, x2: wide - RIGHT, y1: y(0), y2: y(0) }, svg);
   }
-  const along = ticks(first, last, 5, course.unit);
+  const letters = 2 + Math.max(...[first, last].map((value) => String(Math.round(value)).length));
+  const along = ticks(first, last, Math.min(5, (wide - LEFT) / (8 * letters)), course.unit);
   along.forEach(({ value, text }, index) => {
     const unit = course.unit === "°" || index === along.length - 1 ? course.unit : "";
     const anchor = x(value) > wide - RIGHT - 16 ? "end" : "middle";

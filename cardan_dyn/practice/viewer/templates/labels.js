@@ -117,15 +117,15 @@ function isWanted(label) {
   if (label.kind === "load") return shown.loads && shown.numbers;
   if (!isShown(label.joint) || Math.abs(label.now) < label.least) return false;
   const chosen = choice.joint === label.joint;
-  if (!(chosen || shown.numbers)) return false;
+  // Where there is little room, numbers are those of what is chosen.
+  if (!(chosen || shown.numbers && size.width >= 600)) return false;
   return label.moment ? shown.moments : shown.forces;
 }
 
 function textOf(label) {
   if (label.kind === "name") return label.text;
   const text = label.told.full(label.now);
-  // Where there is room, words say what colours do.
-  const said = label.kind === "load" ? `load ${text}` : size.width < 600 ? text : `${label.root} ${text}`;
+  const said = `${label.kind === "load" ? "load" : label.root} ${text}`;
   return label.unique ? said : `${said} *`;
 }
 

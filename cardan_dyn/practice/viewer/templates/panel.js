@@ -8,16 +8,17 @@ const backwards = course.values && course.values[count - 1] < course.values[0];
 
 // The state of the mechanism, in words.
 const MOST_DRIVES = 4;
-let drivesTold = 0;
+let drivesTold = 0, late = false;
 const stateRows = told.state.map((row) => {
   const { values } = row, text = make("dd"), word = row.kind[0].toUpperCase() + row.kind.slice(1);
   // Of many drives the first ones are told at once, and the others if someone asks.
-  const late = row.kind === "drive" && ++drivesTold > MOST_DRIVES;
+  if (row.kind !== "speed") late = row.kind === "drive" && ++drivesTold > MOST_DRIVES;
   byId(late ? "more-state" : "state").append(make("dt", {}, word), text);
   const [unit, factor] = row.unit === "rad/s" ? ["1/min", 30 / Math.PI] : [row.unit, 1];
   const upTo = toldUpTo(factor * Math.max(...extent(values).map(Math.abs)), unit, 3);
   const name = row.kind === "speed" ? "" : row.name, moves = values.length > 1;
-  const full = moves ? upTo.full : (value) => measured(value, unit);
+  const full = moves ? upTo.full : (value) => (
+    row.kind === "held" && !value ? "at its zero" : measured(value, unit));
   return { values, text, moves, told: (value) => `${name} ${full(value * factor)}`.trim() };
 });
 if (drivesTold > MOST_DRIVES) {
@@ -85,11 +86,12 @@ const play = () => setPlaying(true), pause = () => setPlaying(false);
 function fillSpeeds() {
   const select = byId("speed"), whole = course.seconds ? course.seconds[count - 1] : 0;
   const real = whole ? told.duration / whole : 0;     // how fast real time is
+  const short = (times) => rounded(Number(times.toPrecision(2)));
   const speeds = new Set([0.125, 0.25, 0.5, 1, 2, 4, 8, real || 1]);
   for (const value of [...speeds].sort((a, b) => a - b)) {
     const share = real ? value / real : 0;
     const text = !real ? `× ${value}` : Math.abs(share - 1) < 1e-9 ? "real time"
-      : share < 1 ? `${rounded(1 / share)}× slower` : `${rounded(share)}× faster`;
+      : share < 1 ? `${short(1 / share)}× slower` : `${short(share)}× faster`;
     select.append(make("option", { value: String(value), textContent: text }));
   }
   select.value = "1";
@@ -156,9 +158,8 @@ function tellChoice(joint, link) {
   byId("chosen-title").textContent = joint ? joint.name : link ? link.name : "Nothing selected";
   byId("sign").textContent = "";
   if (joint) {
-    const ends = joint.parent && joint.child ? `, from ${joint.parent} to ${joint.child}` : "";
     const stroke = joint.stroke ? `, stroke ${joint.stroke}` : "";
-    details.append(make("p", {}, `Joint, ${joint.type}${ends}${stroke}.`));
+    details.append(make("p", {}, `Joint, ${joint.type}${joint.ends}${stroke}.`));
     if (joint.series.length) byId("sign").textContent = told.sign;
     if (joint.series.some((item) => !item.unique)) {
       details.append(make("p", {}, `* ${joint.open}`));
@@ -316,8 +317,11 @@ function start() {
   }
   if (!told.joints.length) byId("list").closest("section").hidden = byId("chosen").hidden = true;
   tellState(true);
-  const first = told.joints.find((item) => bearings.has(item.name) && item.series.length);
-  select(first ? { joint: first } : {});
+  const load = ({ series }) => Math.max(...series.map(({ values, unit }) => (
+    Math.max(...extent(array(values)).map(Math.abs)) / (unit === "N" ? 1 : radius))));
+  const [joint = null] = told.joints.filter(({ series }) => series.length)
+    .sort((one, other) => load(other) - load(one));
+  select({ joint });
   setTheme(wishedTheme());
   tellPlace();
   size.width = Math.max(view.clientWidth, 1);
