@@ -10,15 +10,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.frozen import FrozenDict, Value, read_only
-
-if TYPE_CHECKING:
-    import pinocchio
 
 IDENTITY = read_only(np.eye(4))
 """Placement `(4, 4)` in the same place."""
@@ -28,36 +25,43 @@ ROUNDING = 1e-12
 """Displacement [rad, m] and closure error that is rounding."""
 PRESSURE_ANGLE = np.pi / 9.0
 """Pressure angle of the usual basic rack [rad]. Source: ISO 53:1998."""
+GUESTS = {
+    "mujoco": "cardan_dyn.practice.formats.mjcf",
+    "sdf": "cardan_dyn.practice.formats.sdf",
+}
+"""Outermost elements of texts to the packages that read them, imported when one is needed.
+
+Each has `parse` in its module `reader`, `reread` in `second_reading`, and `visuals` in `visuals`.
+"""
 
 
 @dataclass(frozen=True, eq=False)
-class SourceText:
+class Source:
     """Where a description comes from, for what is read only when it is shown or proven.
+
+    Attributes:
+        guest: name of the package that reads it, see `GUESTS`; empty for a URDF, which the
+            core reads itself.
+    """
+
+    guest: str = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True, eq=False)
+class SourceText(Source):
+    """A text that a description was read from.
 
     Attributes:
         text: the whole text.
         path: the file, beside which meshes are found; None for text.
         beside: the YAML file that lists loops of a URDF, as it was read; empty without one.
-        model: name of the one of an SDF text that was asked for; None where there is only one.
+        model: name of the one of several models that was asked for; None where there is only one.
     """
 
     text: str
     path: Path | None
     beside: str | bytes = ""
     model: str | None = None
-
-
-class SourceModel(NamedTuple):
-    """The `pin.Model` that a description was read from, and its constraints.
-
-    Attributes:
-        model: a copy of it.
-        constraints: of each the joints (index) of its two ends, and its `(4, 4)` placements there
-            [m].
-    """
-
-    model: pinocchio.Model
-    constraints: tuple[tuple[int, Array, int, Array], ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -322,8 +326,7 @@ class Description(Value):
         independent_joints: names of the joints that its author drives.
         notation: how the loops were written, and what else was found.
         warnings: what is wrong with it and was accepted.
-        source: what it was read from, a text and file or a model of Pinocchio; None where its
-            numbers are not those of one.
+        source: what it was read from; None where its numbers are not those of anything.
         frames: further frames by name, such as the sites of MJCF: the link that carries each, and
             its `(4, 4)` placement there [m].
         displacements: what was changed about the numbers of its text, see `displaced`.
@@ -349,7 +352,7 @@ class Description(Value):
     independent_joints: tuple[str, ...] = ()
     notation: str = field(default="URDF+", compare=False)
     warnings: tuple[str, ...] = field(default=(), compare=False)
-    source: SourceText | SourceModel | None = field(default=None, compare=False)
+    source: Source | None = field(default=None, compare=False)
     frames: Mapping[str, tuple[str, Array]] = field(
         default_factory=lambda: FrozenDict({}), compare=False
     )

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
+from importlib import import_module
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -29,7 +30,7 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
 from .beside import Beside
-from .description import LoopDescription
+from .description import GUESTS, LoopDescription
 from .elements import NOTATIONS, loop, placement
 
 _CLOSING_FRAME = re.compile(r"(closing_.+)_([12])")
@@ -66,9 +67,8 @@ def agreed(
     }
     notes: tuple[str, ...] = ()
     if robot.find("gazebo/joint") is not None:
-        from .gazebo import NOTATION, gazebo_loops  # Few descriptions have any.
-
-        by_notation[NOTATION], notes = gazebo_loops(robot, where, strict)
+        gazebo = import_module(f"{GUESTS['sdf']}.gazebo")  # Few descriptions have any.
+        by_notation[gazebo.NOTATION], notes = gazebo.loops(robot, where, strict)
     if beside is not None:
         by_notation[beside.notation] = beside.loops
     written = {notation: loops for notation, loops in by_notation.items() if loops}

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
@@ -28,7 +29,7 @@ from ...kit.arrays import Array
 from ...kit.checks import file_path, writing
 from ...kit.errors import ArgumentError, ModelError
 from .coupled_forces import forces_words
-from .description import TWO_AXES
+from .description import GUESTS, TWO_AXES
 from .elements import (
     DYNAMICS_WORDS,
     LOOP_TYPES,
@@ -69,9 +70,7 @@ def write(description: Description, path: str | os.PathLike[str]) -> Path:
     if target.suffix.lower() == ".urdf":
         text = to_urdf(description)
     else:
-        from .mjcf.writer import to_mjcf
-
-        text = to_mjcf(description)
+        text = import_module(f"{GUESTS['mujoco']}.writer").to_mjcf(description)
     with writing(target) as part:
         part.write_text(text, encoding="utf-8")
     return target
