@@ -215,11 +215,12 @@ def check_unique(names: list[str], what: str, where: str) -> None:
 
 
 def unique(name: str, taken: set[str]) -> str:
-    """Return a name that is not taken: `name`, or `name` with the first free number behind it."""
+    """Return a name that was not taken, and is then: `name`, if need be with a number behind it."""
     candidate, count = name, 1
     while candidate in taken:
         count += 1
         candidate = f"{name}_{count}"
+    taken.add(candidate)
     return candidate
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -64,23 +66,38 @@ class Visual:
 
 
 def read_each(
-    items: Iterable[tuple[str, str]], reader: Callable[[int], Visual | None]
+    items: Iterable[tuple[str, str, Callable[[], Visual | None]]],
 ) -> tuple[list[Visual], list[str]]:
-    """Return what a reader makes of each item, and messages about those that it refuses.
+    """Return visuals, and messages about those that are refused.
 
     Args:
-        items: link and name of each visual.
-        reader: gets the index of an item; None for what is not to be seen.
+        items: of each the link, its name, and what reads it; None for what is not to be seen.
     """
     found, messages = [], []
-    for index, (link, name) in enumerate(items):
+    for link, name, read in items:
         try:
-            visual = reader(index)
+            visual = read()
         except ModelError as error:
             messages.append(f"link {link!r}: {name} is not drawn: {error}")
         else:
             found += [] if visual is None else [visual]
     return found, messages
+
+
+def read_in_links(
+    model: Element, read: Callable[[str, Element], Visual | None]
+) -> tuple[list[Visual], list[str]]:
+    """Return what is read of each `<visual>` in the links of a model, see `read_each`."""
+    return read_each(
+        (
+            name,
+            f"visual {own!r}" if (own := visual.get("name")) else "a visual",
+            partial(read, name, visual),
+        )
+        for link in model.findall("link")
+        for name in [link.get("name", "")]
+        for visual in link.findall("visual")
+    )
 
 
 def sizes_of(
