@@ -63,6 +63,11 @@ class SourceText(Source):
     beside: str | bytes = ""
     model: str | None = None
 
+    @property
+    def folder(self) -> Path | None:
+        """Where the file is; None for text."""
+        return None if self.path is None else self.path.parent
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LinkDescription(Value):

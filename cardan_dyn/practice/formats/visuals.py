@@ -27,10 +27,10 @@ def visuals_of(description: Description) -> tuple[list[Visual], list[str]]:
             source
         )
         return read
-    return _of_urdf(fromstring(source.text), source.path)
+    return _of_urdf(fromstring(source.text), source.folder)
 
 
-def _of_urdf(robot: Element, path: Path | None) -> tuple[list[Visual], list[str]]:
+def _of_urdf(robot: Element, folder: Path | None) -> tuple[list[Visual], list[str]]:
     # A material is known by its name wherever it stands; those of the robot come first.
     materials: dict[str, Element] = {}
     for element in (
@@ -39,7 +39,6 @@ def _of_urdf(robot: Element, path: Path | None) -> tuple[list[Visual], list[str]
     ):
         if element.find("color") is not None:
             materials.setdefault(element.get("name", ""), element)
-    folder = None if path is None else path.parent
     return read_in_links(robot, partial(_urdf_visual, materials, folder))
 
 

@@ -108,6 +108,13 @@ class _Reader:
         self.warnings: list[str] = []
         self.links: list[LinkDescription] = []
         self.joints: list[JointDescription] = []
+        # Actuators to the joints along which they act.
+        along = int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+        self._driven = {
+            k: model.actuator_trnid[k][0]
+            for k, kind in enumerate(model.actuator_trntype)
+            if kind in along
+        }
         # Joints as MuJoCo counts them; of bodies: their initial placement in the world.
         self._of_index: list[JointDescription] = []
         self._placements = [np.eye(4)]
@@ -206,8 +213,8 @@ class _Reader:
         """
         model = self._model
         total = float(model.joint(index).armature[0])
-        for actuator in np.flatnonzero(model.actuator_trnid[:, 0] == index).tolist():
-            if model.actuator_trntype[actuator] in self._along_joints:
+        for actuator, joint in self._driven.items():
+            if joint == index:
                 gear = float(model.actuator_gear[actuator, 0])
                 total += gear**2 * float(model.actuator_armature[actuator])
         return armature([total], kind, f"{at}: armature")
@@ -224,12 +231,6 @@ class _Reader:
             "is the same in both directions"
         )
         return math.inf
-
-    @property
-    def _along_joints(self) -> tuple[int, int]:
-        """Kinds of transmissions that act along a joint."""
-        kinds = self._mujoco.mjtTrn
-        return int(kinds.mjTRN_JOINT), int(kinds.mjTRN_JOINTINPARENT)
 
     def _along(self, index: int) -> tuple[Dynamics, list[str]]:
         """Return what rubs and springs along a joint, and what of it no element is made of.
@@ -284,9 +285,7 @@ class _Reader:
         ):
             for index in range(count):
                 # The armature of an actuator is that of the joint along which it acts.
-                is_along = (
-                    kind == "actuator" and model.actuator_trntype[index] in self._along_joints
-                )
+                is_along = kind == "actuator" and index in self._driven
                 parts = list[str]()
                 for word in words[is_along:]:
                     first = getattr(model, f"{kind}_{word}")[index]
@@ -326,12 +325,7 @@ class _Reader:
 
     def actuated(self) -> tuple[str, ...]:
         """Return the joints of the tree that have an actuator, in the order of these."""
-        model = self._model
-        named = (
-            self._of_index[model.actuator_trnid[k][0]]
-            for k in range(model.nu)
-            if model.actuator_trntype[k] in self._along_joints
-        )
+        named = (self._of_index[joint] for joint in self._driven.values())
         return tuple(dict.fromkeys(joint.name for joint in named if joint.type != "fixed"))
 
     def equalities(self) -> tuple[list[LoopDescription], list[CouplingDescription]]:

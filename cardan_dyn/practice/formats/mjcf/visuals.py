@@ -24,9 +24,12 @@ _KINDS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box"
 def visuals(source: SourceText) -> tuple[list[Visual], list[str]]:
     """Return the visuals of a model that was read before, and messages about others."""
     found = compiled(source.text, source.path, "MJCF", shown=True)
-    folder = None if source.path is None else source.path.parent
     return read_each(
-        (link, f"geom {name!r}" if name else "a geom", partial(_visual, found, index, link, folder))
+        (
+            link,
+            f"geom {name!r}" if name else "a geom",
+            partial(_visual, found, index, link, source.folder),
+        )
         for index in range(found.model.ngeom)
         for name in [found.model.geom(index).name]
         for link in [found.links[found.model.geom_bodyid[index]][-1]]

@@ -17,11 +17,11 @@ from .plain import FIRST_WITH_FRAMES, plain, version_of
 
 def visuals(source: SourceText) -> tuple[list[Visual], list[str]]:
     """Return the visuals of a model that was read before, and messages about others."""
-    root, path = fromstring(source.text), source.path
+    root = fromstring(source.text)
     has_names = version_of(root, "SDF") >= FIRST_WITH_FRAMES
     model, _ = plain(root, "SDF", strict=False, model=source.model)
     frames = NamedFrames(model, "SDF", has_names)
-    return read_in_links(model, partial(_visual, frames, None if path is None else path.parent))
+    return read_in_links(model, partial(_visual, frames, source.folder))
 
 
 def _visual(frames: NamedFrames, folder: Path | None, link: str, element: Element) -> Visual | None:
