@@ -254,6 +254,14 @@ def link_of(element: Element, tag: str, links: Collection[str], at: str) -> str:
     return one_of(child.get("link"), links, f"{tag} link", at)
 
 
+def ends_of(joint: Element) -> tuple[str, str]:
+    """Return the links that a joint's text names as parent and child; empty where it names none."""
+    parent, child = (
+        "" if end is None else end.get("link", "") for end in map(joint.find, ("parent", "child"))
+    )
+    return parent, child
+
+
 def numbers(text: str | None, count: int, default: str, at: str) -> Array:
     """Return the numbers `(count,)` that an attribute lists.
 

@@ -14,25 +14,20 @@ from ...core.description.elements import numbers
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
 
-SIZES = {
-    "box": "three edges",
-    "cylinder": "radius and length along z",
-    "capsule": "radius, and length along z between the centres of its ends",
-    "sphere": "radius",
-    "ellipsoid": "three radii",
-    "plane": "two edges, 0 for one without end",
-    "mesh": "nothing; its file says it",
-}
-"""Kinds of visuals, and what their size lists."""
-_STATED = {
+SIZES: dict[str, dict[str, int]] = {
     "box": {"size": 3},
-    "sphere": {"radius": 1},
     "cylinder": {"radius": 1, "length": 1},
     "capsule": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
     "ellipsoid": {"radii": 3},
     "plane": {"size": 2},
+    "mesh": {},
 }
-"""What states the size of a kind of shape, and how many numbers that has."""
+"""Kinds of visuals to what states their size, and how many numbers that has.
+
+Lengths are along z, that of a capsule between the centres of its ends. A plane without end has the
+size 0; that of a mesh is in its file.
+"""
 Rgba = tuple[float, float, float, float]
 
 
@@ -111,7 +106,7 @@ def sizes_of(
         at: how messages name the shape.
         mark: between that and the name of a size.
     """
-    for name, count in _STATED[kind].items():
+    for name, count in SIZES[kind].items():
         yield name, numbers(word(name), count, "", f"{at}{mark}{name}")
 
 
