@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .core.elements.pin_contact import PinContact
     from .core.elements.point_actuator import PointActuator
     from .core.elements.point_spring import PointSpring
-    from .core.mechanics.exact import from_pinocchio, load
+    from .core.mechanics.exact import load
     from .core.mechanism.configuration import Configuration
     from .core.mechanism.joints import Joint
     from .core.mechanism.mechanism import Mechanism
@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from .motion.simulation.events import Event
     from .motion.simulation.trajectory import Trajectory
     from .practice import drive_lines, studies
+    from .practice.formats.pinocchio.reader import from_pinocchio
     from .practice.report.reporting import Report, Reports
     from .practice.studies.study import study
     from .practice.viewer.viewing import View, view
@@ -152,7 +153,7 @@ _MODULES = {
     "couple": ".scene.closing",
     "describe": ".scene.describe",
     "described_elements": ".core.elements.described",
-    "from_pinocchio": ".core.mechanics.exact",
+    "from_pinocchio": ".practice.formats.pinocchio.reader",
     "load": ".core.mechanics.exact",
     "progress": ".kit.time_left",
     "study": ".practice.studies.study",

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import cardan_dyn
 from cardan_dyn import core
+from cardan_dyn.core.description.description import GUESTS
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "cardan_dyn"
@@ -36,6 +37,7 @@ FLOORS = (
     ("dynamics",),
     ("results",),
     ("response", "simulation", "transmission"),
+    ("formats",),
     ("viewer",),
     ("scene",),
     ("drive_lines", "clearance", "vibration", "studies"),
@@ -115,6 +117,19 @@ def test_motion_and_practice_take_of_the_core_what_it_offers() -> None:
     }
     # Nothing is offered that nobody takes.
     assert taken["practice"] | taken["motion"] == offered
+
+
+def test_the_core_knows_its_guests_by_one_table() -> None:
+    """It imports none of them, and each has what the core asks of it."""
+    functions = {"reader": "parse", "second_reading": "reread", "visuals": "visuals"}
+    for package in GUESTS.values():
+        assert package.startswith("cardan_dyn.practice.formats.")
+        for module, function in functions.items():
+            text = (ROOT / package.replace(".", "/") / f"{module}.py").read_text(encoding="utf-8")
+            assert f"\ndef {function}(" in text, (package, module)
+    texts = {path: path.read_text(encoding="utf-8") for path in (PACKAGE / "core").rglob("*.py")}
+    naming = [path.name for path, text in texts.items() if "practice." in text]
+    assert naming == ["description.py"]
 
 
 def names_of(path: Path) -> set[str]:

@@ -103,7 +103,7 @@ def write(
     Args:
         mechanism: from `load`.
         path: file whose suffix says in which notation: `.urdf` for URDF+, as `Mechanism.to_urdf`
-            returns it; `.xml` or `.mjcf` for MJCF, see `description.mjcf.writer` for what it
+            returns it; `.xml` or `.mjcf` for MJCF, see `formats.mjcf.writer` for what it
             becomes there. `load` reads MJCF back whose bodies are nested up to 300 deep.
         at: closed configuration that becomes the zero of the written coordinates, or its
             `positions`: name of every moving joint, loops included, to its position. Limits are

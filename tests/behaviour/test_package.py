@@ -212,7 +212,7 @@ def test_a_sweep_imports_what_it_needs_and_no_more(tmp_path: Path) -> None:
         "print(len(set(sys.modules) - before)); "
         "print(*sorted({'numpy.random', 'numpy.ma', 'numpy.typing', 'scipy', 'tempfile', "
         "'difflib', 'cardan_dyn.core.response.response', 'cardan_dyn.core.kinematics.diagnosis', "
-        "'cardan_dyn.core.description.mjcf.reader'} & set(sys.modules)))"
+        "'cardan_dyn.practice.formats.mjcf.reader'} & set(sys.modules)))"
     )
     ran = python("-c", code, cwd=tmp_path, path=ROOT)
     assert ran.returncode == 0, ran.stderr

@@ -6,19 +6,16 @@ whatever notation they were read from: `==` compares contents, arrays included, 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.frozen import FrozenDict, Value, read_only
-
-if TYPE_CHECKING:
-    import pinocchio
 
 IDENTITY = read_only(np.eye(4))
 """Placement `(4, 4)` in the same place."""
@@ -28,17 +25,37 @@ ROUNDING = 1e-12
 """Displacement [rad, m] and closure error that is rounding."""
 PRESSURE_ANGLE = np.pi / 9.0
 """Pressure angle of the usual basic rack [rad]. Source: ISO 53:1998."""
+GUESTS = {
+    "mujoco": "cardan_dyn.practice.formats.mjcf",
+    "sdf": "cardan_dyn.practice.formats.sdf",
+}
+"""Outermost elements of texts to the packages that read them, imported when one is needed.
+
+Each has `parse` in its module `reader`, `reread` in `second_reading`, and `visuals` in `visuals`.
+"""
 
 
 @dataclass(frozen=True, eq=False)
-class SourceText:
+class Source:
     """Where a description comes from, for what is read only when it is shown or proven.
+
+    Attributes:
+        guest: name of the package that reads it, see `GUESTS`; empty for a URDF, which the
+            core reads itself.
+    """
+
+    guest: str = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True, eq=False)
+class SourceText(Source):
+    """A text that a description was read from.
 
     Attributes:
         text: the whole text.
         path: the file, beside which meshes are found; None for text.
         beside: the YAML file that lists loops of a URDF, as it was read; empty without one.
-        model: name of the one of an SDF text that was asked for; None where there is only one.
+        model: name of the one of several models that was asked for; None where there is only one.
     """
 
     text: str
@@ -46,18 +63,10 @@ class SourceText:
     beside: str | bytes = ""
     model: str | None = None
 
-
-class SourceModel(NamedTuple):
-    """The `pin.Model` that a description was read from, and its constraints.
-
-    Attributes:
-        model: a copy of it.
-        constraints: of each the joints (index) of its two ends, and its `(4, 4)` placements there
-            [m].
-    """
-
-    model: pinocchio.Model
-    constraints: tuple[tuple[int, Array, int, Array], ...]
+    @property
+    def folder(self) -> Path | None:
+        """Where the file is; None for text."""
+        return None if self.path is None else self.path.parent
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -178,6 +187,9 @@ class JointDescription(_TwoAxes):
     dynamics: Dynamics = field(default_factory=Dynamics)
     armature: tuple[float, ...] = ()
 
+    ENDS: ClassVar = (("parent", "origin"),)
+    """Names of its fields: a link, and the placement of the joint's frame in that."""
+
     def __repr__(self) -> str:
         return f"<JointDescription {self.name!r}: {self.type}, {self.parent!r} -> {self.child!r}>"
 
@@ -208,6 +220,12 @@ class LoopDescription(_TwoAxes):
     axis_2: Array = field(default_factory=lambda: X_AXIS)
     dynamics: Dynamics = field(default_factory=Dynamics)
     armature: tuple[float, ...] = ()
+
+    ENDS: ClassVar = (
+        ("predecessor", "predecessor_origin"),
+        ("successor", "successor_origin"),
+    )
+    """See `JointDescription.ENDS`."""
 
     def __repr__(self) -> str:
         ends = f"{self.predecessor!r} -> {self.successor!r}"
@@ -322,8 +340,7 @@ class Description(Value):
         independent_joints: names of the joints that its author drives.
         notation: how the loops were written, and what else was found.
         warnings: what is wrong with it and was accepted.
-        source: what it was read from, a text and file or a model of Pinocchio; None where its
-            numbers are not those of one.
+        source: what it was read from; None where its numbers are not those of anything.
         frames: further frames by name, such as the sites of MJCF: the link that carries each, and
             its `(4, 4)` placement there [m].
         displacements: what was changed about the numbers of its text, see `displaced`.
@@ -349,7 +366,7 @@ class Description(Value):
     independent_joints: tuple[str, ...] = ()
     notation: str = field(default="URDF+", compare=False)
     warnings: tuple[str, ...] = field(default=(), compare=False)
-    source: SourceText | SourceModel | None = field(default=None, compare=False)
+    source: Source | None = field(default=None, compare=False)
     frames: Mapping[str, tuple[str, Array]] = field(
         default_factory=lambda: FrozenDict({}), compare=False
     )
@@ -371,9 +388,9 @@ class Description(Value):
                 displacement in the frame's own axes [m].
         """
         frames = {
-            **{(joint.name, False): joint.origin for joint in self.joints},
-            **{(loop.name, False): loop.predecessor_origin for loop in self.loops},
-            **{(loop.name, True): loop.successor_origin for loop in self.loops},
+            (item.name, bool(end)): getattr(item, field)
+            for item in self.joints_and_loops
+            for end, (_, field) in enumerate(item.ENDS)
         }
         changed = tuple(Displacement(*key, matrix, frames[key]) for key, matrix in by.items())
         frames.update({(*item[:2],): item.before @ item.matrix for item in changed})
@@ -387,22 +404,17 @@ class Description(Value):
         self, frames: Mapping[tuple[str, bool], Array], changed: tuple[Displacement, ...]
     ) -> Description:
         """Return the description with some frames elsewhere, and what was changed about them."""
-        return replace(
-            self,
-            joints=tuple(
-                replace(joint, origin=frames.get((joint.name, False), joint.origin))
-                for joint in self.joints
-            ),
-            loops=tuple(
-                replace(
-                    loop,
-                    predecessor_origin=frames.get((loop.name, False), loop.predecessor_origin),
-                    successor_origin=frames.get((loop.name, True), loop.successor_origin),
-                )
-                for loop in self.loops
-            ),
-            displacements=changed,
-        )
+
+        def moved(item: Any) -> Any:
+            ends = (((item.name, bool(end)), field) for end, (_, field) in enumerate(item.ENDS))
+            return replace(item, **{field: frames[end] for end, field in ends if end in frames})
+
+        return self.with_each(moved, displacements=changed)
+
+    def with_each(self, change: Callable[[Any], Any], **more: Any) -> Description:
+        """Return the description with every joint and loop as changed, and other fields."""
+        joints, loops = (tuple(map(change, items)) for items in (self.joints, self.loops))
+        return replace(self, joints=joints, loops=loops, **more)
 
     def with_types(self, types: Mapping[str, str]) -> Description:
         """Return the description in which some joints and loops are of other types.
@@ -415,16 +427,12 @@ class Description(Value):
             if item.name not in types:
                 return item
             kind = types[item.name]
-            kept = at_last_parts(item.armature, kind)
-            found = replace(item, type=kind, dynamics=Dynamics(), armature=kept)
+            rotors = at_last_parts(item.armature, kind)
+            found = replace(item, type=kind, dynamics=Dynamics(), armature=rotors)
             return found if isinstance(item, LoopDescription) else replace(found, limits=Limits())
 
-        return replace(
-            self,
-            joints=tuple(map(changed, self.joints)),
-            loops=tuple(map(changed, self.loops)),
-            independent_joints=tuple(name for name in self.independent_joints if name not in types),
-        )
+        kept = tuple(name for name in self.independent_joints if name not in types)
+        return self.with_each(changed, independent_joints=kept)
 
     @property
     def joints_and_loops(self) -> tuple[JointOrLoop, ...]:

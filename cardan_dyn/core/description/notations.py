@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
+from importlib import import_module
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -29,8 +30,8 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
 from .beside import Beside
-from .description import LoopDescription
-from .elements import NOTATIONS, loop, placement
+from .description import GUESTS, LoopDescription
+from .elements import NOTATIONS, ends_of, loop, placement
 
 _CLOSING_FRAME = re.compile(r"(closing_.+)_([12])")
 """Name of a frame: that of its mate, and which side it is on."""
@@ -66,9 +67,8 @@ def agreed(
     }
     notes: tuple[str, ...] = ()
     if robot.find("gazebo/joint") is not None:
-        from .gazebo import NOTATION, gazebo_loops  # Few descriptions have any.
-
-        by_notation[NOTATION], notes = gazebo_loops(robot, where, strict)
+        gazebo = import_module(f"{GUESTS['sdf']}.gazebo")  # Few descriptions have any.
+        by_notation[gazebo.NOTATION], notes = gazebo.loops(robot, where, strict)
     if beside is not None:
         by_notation[beside.notation] = beside.loops
     written = {notation: loops for notation, loops in by_notation.items() if loops}
@@ -135,10 +135,9 @@ def _fixed_links(robot: Element, where: str) -> dict[str, tuple[str, Array]]:
     """Return links that fixed joints attach to others: to these, `(4, 4)` placement there."""
     frames = {}
     for joint in robot.findall("joint"):
-        parent, child = joint.find("parent"), joint.find("child")
-        if joint.get("type") == "fixed" and parent is not None and child is not None:
-            origin = placement(joint, f"{where}: joint {joint.get('name')!r}")
-            frames[child.get("link", "")] = parent.get("link", ""), origin
+        if joint.get("type") == "fixed":
+            parent, child = ends_of(joint)
+            frames[child] = parent, placement(joint, f"{where}: joint {joint.get('name')!r}")
     return frames
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,30 +73,24 @@ def _parse(
     source: str | bytes, where: str, path: Path | None, strict: bool, model: str | None
 ) -> Description:
     from . import urdf
-    from .description import SourceText
+    from .description import GUESTS, SourceText
     from .elements import xml_root
     from .left_out import dynamics_left_out, limits_left_out
 
     root, text = xml_root(source, where)
     if model is not None and root.tag != "sdf":
         raise ArgumentError(f"{where}: only SDF has several models; leave out model=")
-    if root.tag == "mujoco":
-        from .mjcf import reader as mjcf
-
-        where = "MJCF text" if path is None else where
-        description = mjcf.parse(text, root.get("model"), where, path, strict)
-    elif root.tag == "sdf":
-        from .sdf import reader as sdf
-
-        where = "SDF text" if path is None else where
-        description = sdf.parse(root, where, strict, model)
-    elif root.tag == "robot":
-        where = "URDF text" if path is None else where
-        description = urdf.parse(root, where, path, strict)
-    else:
+    guest = GUESTS.get(root.tag, "")
+    if not guest and root.tag != "robot":
+        others = " or ".join(f"<{tag}>" for tag in GUESTS)
         raise ModelError(
-            f"{where}: the outermost element is <{root.tag}>, expected <robot>, <mujoco> or <sdf>"
+            f"{where}: the outermost element is <{root.tag}>, expected <robot>, {others}"
         )
+    if path is None:
+        where = f"{guest.rpartition('.')[2].upper() or 'URDF'} text"
+    reader = import_module(f"{guest}.reader") if guest else urdf
+    given = SourceText(text, path, model=model, guest=guest)
+    description: Description = reader.parse(root, given, where, strict)
     warnings = (
         *description.warnings,
         *dynamics_left_out(description.joints_and_loops, where),
@@ -103,8 +98,7 @@ def _parse(
     # The bundled files have limits only because URDF demands them of hinges and slides.
     if path is None or path.parent != bundled_directory():
         warnings += tuple(limits_left_out(description.joints, where))
-    beside = "" if description.text is None else description.text.beside
-    return replace(description, warnings=warnings, source=SourceText(text, path, beside, model))
+    return replace(description, warnings=warnings)
 
 
 def _name(source: object) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 from xml.etree.ElementTree import Element, fromstring
 
@@ -19,11 +20,11 @@ import pinocchio
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
 from .description import (
+    GUESTS,
     CouplingDescription,
     Description,
     LinkDescription,
     Mesh,
-    SourceModel,
     at_last_parts,
     kinds_of,
 )
@@ -60,49 +61,34 @@ def _with_added(description: Description) -> Description:
     """Return a description with the numbers of its source and of what was added to it."""
     stated = {item.attrib["name"]: item for item in fromstring(description.added)}
 
-    def element(item: LoopDescription | CouplingDescription) -> Element | None:
-        follows = isinstance(item, CouplingDescription) and item.of_joints
-        return stated.get(item.successor if follows else item.name)
+    before: dict[str, Any] = {"loops": (), "couplings": ()}
+    added: dict[str, Any] = {"loops": (), "couplings": ()}
+    for kind, read in (("loops", _loop), ("couplings", _coupling)):
+        for item in getattr(description, kind):
+            follows = getattr(item, "of_joints", False)
+            element = stated.get(item.successor if follows else item.name)
+            if element is None:
+                before[kind] += (item,)
+            else:
+                added[kind] += (read(item, element),)
+    kept = _reread(replace(description, **before))
+    return replace(kept, **{kind: getattr(kept, kind) + items for kind, items in added.items()})
 
-    items = (description.loops, description.couplings)
-    kept = _reread(
-        replace(
-            description,
-            loops=tuple(item for item in description.loops if element(item) is None),
-            couplings=tuple(item for item in description.couplings if element(item) is None),
-        )
-    )
-    return replace(
-        kept,
-        loops=(
-            *kept.loops,
-            *(_loop(item, of) for item in items[0] if (of := element(item)) is not None),
-        ),
-        couplings=(
-            *kept.couplings,
-            *(_coupling(item, of) for item in items[1] if (of := element(item)) is not None),
-        ),
-    )
+
+def _by(guest: str) -> Any:
+    """Return the second reading of a package."""
+    return import_module(f"{guest}.second_reading")
 
 
 def _reread(description: Description) -> Description:
     """Return a description with the numbers of its source."""
-    source = description.source
-    if isinstance(source, SourceModel):
-        from .pinocchio.second_reading import reread as of_model
-
-        return of_model(description, source)
+    given, source = description.source, description.text
+    if given is not None and given.guest:
+        again: Description = _by(given.guest).reread(description, given)
+        return again
     if source is None:
         return description
     robot = fromstring(source.text)
-    if robot.tag == "sdf":
-        from .sdf import second_reading as sdf
-
-        return sdf.reread(description, robot, source.model)
-    if robot.tag == "mujoco":
-        from .mjcf import second_reading as mjcf
-
-        return mjcf.reread(description, source)
     links, joints, loops, couplings = (
         {item.attrib["name"]: item for tag in tags for item in robot.findall(tag)}
         # Where notations close the same loops, the one that is used comes last and replaces others.
@@ -126,10 +112,8 @@ def _reread(description: Description) -> Description:
         others = [loop for loop in description.loops if loop.name not in loops]
         beside = reread_beside(others, placed, source.beside)
     if robot.find("gazebo/joint") is not None:
-        from .sdf.second_reading import loops_in_urdf
-
         others = [loop for loop in description.loops if loop.name not in {**loops, **beside}]
-        beside |= loops_in_urdf(robot, others)
+        beside |= _by(GUESTS["sdf"]).loops_in_urdf(robot, others)
     return replace(
         description,
         links=tuple(_link(link.name, links[link.name]) for link in description.links),

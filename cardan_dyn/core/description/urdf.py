@@ -11,7 +11,7 @@ for velocity, effort and upper, `-inf` for lower.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from pathlib import Path
+from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -60,13 +60,13 @@ _UNLIMITED = {"lower": "-inf", "upper": "inf", "velocity": "inf", "effort": "inf
 """Attribute of `<limit>` to the word that says that there is no limit."""
 
 
-def parse(robot: Element, where: str, path: Path | None, strict: bool) -> Description:
+def parse(robot: Element, given: SourceText, where: str, strict: bool) -> Description:
     """Check a URDF and the loops that belong to it.
 
     Args:
         robot: its outermost element.
+        given: its text, and the file, beside which a YAML file may list its loops.
         where: how messages name the source of the text.
-        path: the file, beside which a YAML file may list its loops.
         strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
             words.
 
@@ -84,6 +84,7 @@ def parse(robot: Element, where: str, path: Path | None, strict: bool) -> Descri
     # Thousands of joints ask whether a link exists: a dictionary answers without a search, and
     # keeps the links in file order.
     link_names = dict.fromkeys(link.name for link in links)
+    path = given.path
     beside = None if path is None else file_beside(robot, where, path, strict)
     changed_types: Mapping[str, ChangedType] = {} if beside is None else beside.joint_types
     joints = [
@@ -129,7 +130,7 @@ def parse(robot: Element, where: str, path: Path | None, strict: bool) -> Descri
         independent_joints=independent,
         notation=notation,
         warnings=(*unknown, *warnings, *left_out),
-        source=None if beside is None else SourceText("", path, beside.text),
+        source=given if beside is None else replace(given, beside=beside.text),
     )
 
 

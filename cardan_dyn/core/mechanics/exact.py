@@ -19,7 +19,7 @@ tolerance), until the loops close to rounding there and at other positions.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,9 +27,8 @@ import numpy as np
 import pinocchio
 
 from ...kit.arrays import EPS, Array, generic
-from ...kit.checks import described as told
-from ...kit.checks import flag, number
-from ...kit.errors import ArgumentError, choices
+from ...kit.checks import number
+from ...kit.errors import choices
 from ..description.description import IDENTITY
 from ..description.description import ROUNDING as _CLOSED
 from ..description.read import read
@@ -93,42 +92,6 @@ def load(
         ModelError: the description is missing, malformed or impossible.
     """
     return made(read(source, strict, model), closure_tolerance)
-
-
-def from_pinocchio(
-    model: pinocchio.Model,
-    constraint_models: Iterable[object] = (),
-    *,
-    actuated: Iterable[str] | None = None,
-    strict: bool = True,
-    closure_tolerance: float | None = None,
-) -> Mechanism:
-    """Return the mechanism of a model that Pinocchio has loaded, and of its constraints.
-
-    Bodies are the links of its frames of type `BODY`; a composite joint and a screw become several
-    joints in a row, the last of which has its name. `model.gravity` plays no part: a scene is
-    given its own.
-
-    Args:
-        model: a `pin.Model`, or what has one as its `model` (`pin.RobotWrapper`).
-        constraint_models: what closes its loops: `pin.RigidConstraintModel` of contact type 3D (a
-            ball) and 6D (a weld), `pin.PointAnchorConstraintModel`,
-            `pin.FrameAnchorConstraintModel`, and these in a `pin.ConstraintModel`.
-        actuated: names of the joints that motors drive.
-        strict: refuse inertias that no body can have.
-        closure_tolerance: as of `load`; the numbers count as exact if None.
-
-    Raises:
-        ArgumentError: there is no model, or the tolerance is negative or no number.
-        ModelError: a joint or constraint of another kind, or a name that no joint has.
-    """
-    found = getattr(model, "model", model)
-    if not isinstance(found, pinocchio.Model):
-        raise ArgumentError(f"from_pinocchio() takes a pin.Model, not {told(model)}")
-    from ..description.pinocchio import reader  # Most mechanisms come from files.
-
-    description = reader.read(found, constraint_models, actuated, flag("strict", strict))
-    return made(description, closure_tolerance)
 
 
 def made(description: Description, closure_tolerance: float | None) -> Mechanism:

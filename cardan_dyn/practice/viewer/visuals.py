@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.description.visual import Rgba, Visual
-from ...core.description.visuals import visuals_of
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
+from ..formats.visual import Rgba, Visual
+from ..formats.visuals import visuals_of
 from . import shapes as forms
 from .meshes import Colored, creased, find_mesh, read_mesh, searched, thinned
 from .shapes import Surface
@@ -33,7 +33,7 @@ class Shape:
     Attributes:
         link: name of the link.
         body: index of the link's body in `Mechanism.model`.
-        kind: see `description.visual.SIZES`.
+        kind: see `formats.visual.SIZES`.
         placement: `(4, 4)` of the shape in the link's body in `Mechanism.model`.
         color: red, green, blue and opacity, 0 to 1; None where nothing states one.
         surface: in its own frame [m]; of a plane without end, one that has no width.
@@ -66,7 +66,7 @@ class Shape:
 
 
 def surface_of(kind: str, size: Sequence[float]) -> Surface:
-    """Return the surface of a kind that is no mesh, see `description.visual.SIZES`."""
+    """Return the surface of a kind that is no mesh, see `formats.visual.SIZES`."""
     if kind in ("box", "plane"):
         return forms.box(*size, *[0.0] * (kind == "plane"))
     if kind == "ellipsoid":

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.core.description.mjcf.writer import to_mjcf
 from cardan_dyn.core.description.read import read
 from cardan_dyn.core.description.write import to_urdf, write
+from cardan_dyn.practice.formats.mjcf.writer import to_mjcf
 
 
 @pytest.mark.parametrize("name", ["a.urdf", "a.URDF", "b c.xml", "ü.mjcf"])

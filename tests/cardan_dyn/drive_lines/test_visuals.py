@@ -3,9 +3,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from cardan_dyn.core.description.visuals import visuals_of
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Spline, Tube
 from cardan_dyn.practice.drive_lines.line.closed_chain import cross_visuals, shaft_visuals
+from cardan_dyn.practice.formats.visuals import visuals_of
 
 LINE = DriveLine(
     shafts=[
