@@ -19,19 +19,10 @@ from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ...kit.differences import displacements, slopes
 from ...kit.errors import SingularConfigurationError
 
-ZERO = 1e-10
-"""Singular value of the closure equations, as a fraction of their greatest, that counts as zero."""
-_MASSLESS = 1e-14
-"""Inertia along a direction, as a fraction of the greatest, that counts as none."""
-_CLOSED = 1e-15
-"""Gap, as a fraction of how far loops are from the origin, 1 at least, that is rounding: no step
-closes it, and a weak equation would make a displacement of it."""
-_SINGULAR_STEPS = 3
-"""Newton steps that lead to a singular configuration near by."""
+MOST_STEPS = 8
+"""Greatest number of Newton steps that close loops."""
 _REFINED = 3
 """Times that forces are corrected by what their accelerations still lack."""
-_MOST_STEPS = 8
-"""Greatest number of Newton steps that close loops."""
 
 
 class Curve(NamedTuple):
@@ -233,7 +224,7 @@ class ClosedDirections:
         free = self.free
         if not (np.all(np.isfinite(x)) and np.all(np.isfinite(v)) and free.size):
             return x, v
-        for left_over in reversed(range(_MOST_STEPS)):
+        for left_over in reversed(range(MOST_STEPS)):
             rows, (gaps, size) = self.jacobian(x), self.gaps(x)
             root = np.linalg.cholesky(self.metric(x))
             weighted = np.linalg.solve(root, rows[:, free].T).T
@@ -242,7 +233,8 @@ class ClosedDirections:
             if strong_alone:
                 rank = _strong(values[: self._rank])
             missing = left[:, :rank].T @ gaps
-            missing[np.abs(missing) <= _CLOSED * size] = 0.0
+            # What is rounding no step closes, and a weak equation would make a displacement of it.
+            missing[np.abs(missing) <= 4.0 * EPS * size] = 0.0
             if not (left_over and np.any(missing)):
                 break
             x = self._moved(x, np.linalg.solve(root.T, right[:rank].T @ (missing / values[:rank])))
@@ -261,7 +253,7 @@ class ClosedDirections:
         if not self._rank:
             return 0.0
         values = self.singular_values(x)
-        least = max(float(values[self._rank - 1]), ZERO * float(values[0]))
+        least = max(float(values[self._rank - 1]), NOTHING * float(values[0]))
         return float(EPS * (values[0] / least) ** 2)
 
     def singular_gap(self, x: Array) -> float:
@@ -271,7 +263,9 @@ class ClosedDirections:
         ones leave.
         """
         free = self.free
-        for _ in range(_SINGULAR_STEPS):
+        longest = np.inf
+        # Newton's method, until the next step would be rounding, or leads nowhere.
+        while longest > np.sqrt(EPS):
             x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
             rows = self.jacobian(x)[:, free]
             root = np.linalg.cholesky(self.metric(x))
@@ -286,7 +280,11 @@ class ClosedDirections:
             moved = np.array([weak.T @ self.jacobian(at)[:, free] @ ways for at in beside])
             bends = slopes(moved, units).reshape(stationary.size, -1)
             factors, *_ = np.linalg.lstsq(bends, -stationary.ravel(), rcond=1e-8)
-            x = self._moved(x, ways @ factors)
+            step = ways @ factors
+            before, longest = longest, float(np.max(np.abs(step)))
+            if not longest < before:
+                break
+            x = self._moved(x, step)
         x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
         return float(np.max(np.abs(self.gaps(x)[0]), initial=0.0))
 
@@ -392,7 +390,7 @@ def refuse_open(error: float) -> None:
 
 def rank_of(values: Array) -> int:
     """Return how many singular values `(n,)`, in any order, are not zero."""
-    return int(np.count_nonzero(values > ZERO * np.max(values, initial=0.0)))
+    return int(np.count_nonzero(values > NOTHING * np.max(values, initial=0.0)))
 
 
 def _strong(values: Array) -> int:
@@ -425,7 +423,7 @@ def _graded(ways: Array, weights: Array) -> Array:
 def _accelerated(inertia: Array, efforts: Array, terms: Array) -> Array:
     """Return the accelerations `(d,)` along directions; none along those that nothing pushes."""
     own = np.diag(inertia)
-    heavy = own > _MASSLESS * np.max(own, initial=0.0)
+    heavy = own > EPS * np.max(own, initial=0.0)
     root = np.sqrt(np.where(heavy, own, 1.0))
     values, axes = np.linalg.eigh(
         np.where(np.outer(heavy, heavy), inertia, 0.0) / root[:, None] / root
@@ -436,7 +434,7 @@ def _accelerated(inertia: Array, efforts: Array, terms: Array) -> Array:
     if np.any(pushed):
         raise SingularConfigurationError(
             "efforts push along a direction in which nothing that moves has mass, or less than "
-            f"{_MASSLESS:g} of the greatest, so that its acceleration has no limit; give the links "
+            f"{EPS:.1g} of the greatest, so that its acceleration has no limit; give the links "
             "that move there an inertia, or hold or prescribe a joint that they move"
         )
     scaled = np.where(moves, scaled / np.where(moves, values, 1.0), 0.0)

@@ -27,7 +27,7 @@ import pinocchio
 from ...core.mechanism.coordinates import Coordinates
 from ...core.mechanism.joints import Joint, Part
 from ...core.mechanism.mechanism import Mechanism
-from ...kit.arrays import NOTHING, ROUNDED, Array, quaternion_product
+from ...kit.arrays import EPS, NOTHING, ROUNDED, Array, quaternion_product
 
 _PIECES = 4
 """Straight pieces by which a part's way within an interval is followed."""
@@ -45,8 +45,12 @@ _CUBICS = np.array(
     ]
 )
 """Values at equal distances of the cubic with given values and slopes at the ends."""
-_COINCIDE = 1e-8
-"""Sine of the angle between first and last axis up to which they coincide."""
+
+
+COINCIDE = math.sqrt(EPS)
+"""Sine of the angle between first and last axis up to which they coincide: half of the digits."""
+NEARLY = 1e-4
+"""The same up to which speeds of the angles lose so many digits that they are no results."""
 
 
 class FreeBall(NamedTuple):
@@ -198,7 +202,7 @@ class FreeBall(NamedTuple):
         tilt = cos * second - sin * third
         across = sin * second + cos * third
         exists = True
-        if abs(sine) > _COINCIDE:
+        if abs(sine) > COINCIDE:
             first = across / sine
         else:
             size = math.sqrt(along**2 + second**2 + third**2)
@@ -209,7 +213,7 @@ class FreeBall(NamedTuple):
         last = along - first * cosine
         across_gain = sin * second_gain + cos * third_gain + tilt * last - first * tilt * cosine
         tilt_gain = cos * second_gain - sin * third_gain - first * sine * last
-        is_apart = abs(sine) > _COINCIDE
+        is_apart = abs(sine) > COINCIDE
         first_gain = across_gain / sine if is_apart else 0.5 * cosine * along_gain
         last_gain = along_gain - first_gain * cosine + first * tilt * sine
         rates, gains = [first, tilt, last], [first_gain, tilt_gain, last_gain]
@@ -238,7 +242,7 @@ class FreeBall(NamedTuple):
         first, tilt, last = efforts.tolist()
         across = first - last * cosine
         if across != 0.0:
-            across /= sine if abs(sine) > _COINCIDE**2 else math.copysign(_COINCIDE**2, sine)
+            across /= sine if abs(sine) > EPS else math.copysign(EPS, sine)
         parts = [last, across * sin + tilt * cos, across * cos - tilt * sin]
         return np.array(parts) @ self.axes
 

@@ -15,7 +15,7 @@ from .crossings import Crossings
 from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
 from .events import EventSearch, Happened, State
-from .free_balls import WithBalls, with_free_balls
+from .free_balls import NEARLY, WithBalls, with_free_balls
 from .integration import Equations, Integration, Judge
 from .progress import INTERRUPTED
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
@@ -36,8 +36,6 @@ _SAMPLES_PER_PERIOD = 64
 """Times per turn or swing that a quadrature returns."""
 _MOST_SAMPLES = 20_000
 """Greatest number of these times; `Trajectory.at` gives others."""
-_HARDLY_APART = 1e-4
-"""Sine of the angle between outer axes of a ball up to which they explain why steps failed."""
 
 
 def by_quadrature(setup: Setup) -> Trajectory:
@@ -289,7 +287,7 @@ def _followed(
             failure = integration.advance()
             if failure is not None:
                 last = integration.points[-1]
-                failure = equations.boundless(*last[:3], _HARDLY_APART) or failure
+                failure = equations.boundless(*last[:3], NEARLY) or failure
                 failure += setup.forces.limits
                 break
             if contacts is not None:
