@@ -214,9 +214,7 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
         longest=setup.longest_step,
         crossings=crossings,
         stops=sorted({time for times in setup.kinks.values() for time in times}),
-        is_stiff=None
-        if following or setup.forces.is_nothing
-        else _judge(setup, system, unit, system.size),
+        is_stiff=None if setup.forces.is_nothing else _judge(setup, system, unit, system.size),
     )
     if following:
         integration.strictness = following.strictness
@@ -229,12 +227,12 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
 def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:
     """Return what judges whether equations with forces are stiff at a row."""
 
-    def is_stiff(time: float, y: Array, jacobian: Array, length: float) -> bool:
+    def is_stiff(time: float, y: Array, length: float) -> bool:
         def rates(row: Array) -> Array:
             return equations.derivative(time, row)
 
         tolerance = setup.atol * unit + setup.rtol * np.abs(y)
-        found = modes(rates, y, unit, tolerance, jacobian)
+        found = modes(rates, y, unit, tolerance)
         # Rates of positions are speeds.
         speed = float(np.max(np.abs(rates(y)[:size] / unit[:size]), initial=0.0))
         return limited(found, length, setup.duration - time, speed)

@@ -285,13 +285,12 @@ class System:
         """Return the turns at the end of a part of a step, see `Equations`."""
         if self._free is None:
             return turns
-        places = self.unit(rows[0][: self.size]), self.unit(rows[1][: self.size])
-        rates = rows[0][self.size :], rows[1][self.size :]
 
-        def place(time: float) -> Array:
-            return self.unit(way(time)[: self.size])
+        def state(row: Array) -> tuple[Array, Array]:
+            return self.unit(row[: self.size]), row[self.size :]
 
-        return self._free.followed(turns, places, rates, ends, place)
+        states = state(rows[0]), state(rows[1])
+        return self._free.followed(turns, ends, states, lambda time: state(way(time)))
 
     def is_misread(self, y: Array, turns: Array) -> bool:
         """Return whether forces saw other angles at a step's end than those it led to."""
