@@ -154,21 +154,16 @@ class ClosedDirections:
         Raises:
             SingularConfigurationError: efforts push along a direction that moves no mass.
         """
-        model, data, free = self.model, self._data, self.free
-        if not all(np.all(np.isfinite(values)) for values in (x, v, efforts)):
+        free = self.free
+        inertia, a, pushing, rows, gains = self._asked(x, v, efforts, prescribed)
+        if not np.all(np.isfinite(pushing)):
             # A step that was too long: the integration takes a shorter one.
-            return np.full(model.nv, np.nan)
-        inertia = self._inertia(x)
-        resisting = pinocchio.nonLinearEffects(model, data, x, v)
-        a = np.zeros(model.nv)
-        a[self._prescribed] = prescribed
-        rows = self.jacobian(x)
-        gains = -self._drift(x, v) - rows @ a
-        left, values, right = np.linalg.svd(rows[:, free])
+            return np.full(self.model.nv, np.nan)
+        left, values, right = np.linalg.svd(rows)
         rank = min(self._rank, rank_of(values))
         a[free] = right[:rank].T @ ((left[:, :rank].T @ gains) / values[:rank])
         ways = _graded(right[rank:].T, np.sqrt(np.abs(np.diag(inertia)[free])))
-        missing = (efforts - resisting - inertia @ a)[free]
+        missing = pushing - inertia[np.ix_(free, free)] @ a[free]
         own = ways.T @ inertia[np.ix_(free, free)] @ ways
         a[free] += ways @ _accelerated(own, ways.T @ missing, np.abs(ways.T) @ np.abs(missing))
         return a
@@ -185,21 +180,15 @@ class ClosedDirections:
             efforts: see `accelerations`.
             prescribed: see `accelerations`.
         """
-        model, free = self.model, self.free
-        if not all(np.all(np.isfinite(values)) for values in (x, v, efforts)):
-            return np.full(model.nv, np.nan)
-        inertia = self._inertia(x)
-        a = np.zeros(model.nv)
-        a[self._prescribed] = prescribed
-        resisting = pinocchio.nonLinearEffects(model, self._data, x, v)
-        pushing = (efforts - resisting - inertia @ a)[free]
-        rows = self.jacobian(x)
-        gains, rows = -self._drift(x, v) - rows @ a, rows[:, free]
+        free = self.free
+        inertia, a, pushing, rows, gains = self._asked(x, v, efforts, prescribed)
+        if not np.all(np.isfinite(pushing)):
+            return np.full(self.model.nv, np.nan)
         try:
             inverse = np.linalg.inv(np.linalg.cholesky(inertia[np.ix_(free, free)]))
         except np.linalg.LinAlgError:
             # So far away that rounding decides the inertia: the step that looks there is too long.
-            return np.full(model.nv, np.nan)
+            return np.full(self.model.nv, np.nan)
         left, values, _ = np.linalg.svd(rows @ inverse.T, full_matrices=False)
         rank = min(self._rank, rank_of(values))
         left, values = left[:, :rank], values[:rank]
@@ -209,6 +198,21 @@ class ClosedDirections:
             forces += left @ ((left.T @ (gains - rows @ gained)) / values**2)
         a[free] = inverse.T @ (inverse @ (pushing + rows.T @ forces))
         return a
+
+    def _asked(
+        self, x: Array, v: Array, efforts: Array, prescribed: Array
+    ) -> tuple[Array, Array, Array, Array, Array]:
+        """Return the inertia matrix, and what is asked of accelerations along free coordinates.
+
+        That is the prescribed ones `(nv,)`, what pushes beside them `(f,)`, the rows of closures
+        `(6 L + k, f)`, and what the accelerations have to make of them. See `accelerations`.
+        """
+        inertia, a = self._inertia(x), np.zeros(self.model.nv)
+        resisting = pinocchio.nonLinearEffects(self.model, self._data, x, v)
+        a[self._prescribed] = prescribed
+        pushing = (efforts - resisting - inertia @ a)[self.free]
+        rows = self.jacobian(x)
+        return inertia, a, pushing, rows[:, self.free], -self._drift(x, v) - rows @ a
 
     def closed(self, x: Array, v: Array, *, strong_alone: bool = False) -> tuple[Array, Array]:
         """Return the nearest state with closed loops, in the metric of the kinetic energy.

@@ -270,34 +270,19 @@ def _sizes(values: Array) -> Array:
 
 
 def _integrals(times: Array, states: States) -> Array:
-    """Return the integrals `(N - 1, m)` of speeds between times, each by its neighbours as well."""
+    """Return the integrals `(N - 1, m)` of speeds between times, each by its neighbours as well.
+
+    Gauss's rule with as many nodes as neighbours is exact for what leads through these.
+    """
     count = len(times)
     size = min(_FAR, count)
     first = np.clip(np.arange(count - 1) - (size // 2 - 1), 0, count - size)
-    chosen = first[:, None] + np.arange(size)
-    spans = times[chosen[:, -1]] - times[chosen[:, 0]]
-    places = (times[chosen] - times[:-1, None]) / spans[:, None]
-    powers = np.arange(2 * size)
-    moments = _powers(np.diff(times) / spans, 2 * size + 1)[:, 1:] / (powers + 1)
-    of_values = _powers(places, 2 * size)
-    of_slopes = np.zeros_like(of_values)
-    of_slopes[:, 1:] = powers[1:, None] * of_values[:, :-1]
-    system = np.concatenate([of_values, of_slopes], axis=2)
-    try:
-        weights = np.linalg.solve(system, moments[:, :, None])[:, :, 0]
-    except np.linalg.LinAlgError:
-        return np.full((count - 1, states.x.shape[1]), np.nan)
-    whole = np.einsum("nk,nkm->nm", weights[:, :size], states.v[chosen])
-    whole += spans[:, None] * np.einsum("nk,nkm->nm", weights[:, size:], states.a[chosen])
-    return np.asarray(spans[:, None] * whole)
-
-
-def _powers(values: Array, count: int) -> Array:
-    """Return the powers 0, 1, … of values `(N, …)` as `(N, count, …)`."""
-    result = np.repeat(values[:, None], count, axis=1)
-    result[:, 0] = 1.0
-    # Products take a tenth of the time of powers.
-    return np.multiply.accumulate(result, axis=1)
+    half = 0.5 * np.diff(times)
+    whole = np.zeros((count - 1, states.x.shape[1]))
+    for node, weight in zip(*np.polynomial.legendre.leggauss(size), strict=True):
+        inside = times[:-1] + half * (1.0 + node)
+        whole += weight * _hermite(times, (states.v, states.a), first, size, inside)[0]
+    return half[:, None] * whole
 
 
 def _hermite(

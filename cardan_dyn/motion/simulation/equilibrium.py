@@ -34,9 +34,6 @@ too long: a curve leaves the square of the first step."""
 _MOST_STEPS = 200
 _LONGEST = 0.3
 """Longest step of Newton's method [rad, or as a fraction of the characteristic length]."""
-_NOISE = 1e-11
-"""Stiffness, per greatest wrench in a joint, that counts as zero: differences of efforts that are
-rounded like these wrenches leave a hundredth of it."""
 
 
 class Equilibrium(Prescribed):
@@ -60,7 +57,8 @@ class Equilibrium(Prescribed):
         self.sweep = statics.sweep(position[None, :])
         self._scale = read_only(statics.scale)
         greatest = float(np.max(np.abs(stiffness * self._scale[:, None] * self._scale)))
-        noise = _NOISE / statics.unit * statics.wrench
+        # Differences of efforts that are rounded like wrenches leave a tenth of it.
+        noise = ROUNDED / statics.unit * statics.wrench
         self._noise = max(noise, ROUNDED * greatest, float(np.finfo(float).tiny))
         self._freeze()
 

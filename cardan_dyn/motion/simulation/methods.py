@@ -23,7 +23,7 @@ from .scalar_equation import ScalarEquation
 from .setup import Setup, refuse_distances
 from .stiffness import judged, limited, modes, settled
 from .system import System
-from .trajectory import Course, Trajectory
+from .trajectory import PER_PERIOD, Course, Trajectory
 
 _GROWS = 100.0
 """Growth of errors from which on a motion lingers: any that swings has a few times as much."""
@@ -31,9 +31,6 @@ _LINGERS = 1e-5
 """Doubt of positions that is told of steps [rad]."""
 _STEP_ERRORS = 50.0
 """Error of the energy that steps add up to, in relative tolerances."""
-_FEWEST_POINTS = 4
-_SAMPLES_PER_PERIOD = 64
-"""Times per turn or swing that a quadrature returns."""
 _MOST_SAMPLES = 20_000
 """Greatest number of these times; `Trajectory.at` gives others."""
 
@@ -43,9 +40,9 @@ def by_quadrature(setup: Setup) -> Trajectory:
     functions = energy_functions(setup.solver, setup.forces)
     integral = EnergyIntegral(functions, *setup.drive_start)
     refuse_distances(integral.fastest, setup.duration, integral.reach)
-    count = 1 + _SAMPLES_PER_PERIOD
+    count = 1 + PER_PERIOD
     if np.isfinite(integral.period):
-        count += int(_SAMPLES_PER_PERIOD * setup.duration / integral.period)
+        count += int(PER_PERIOD * setup.duration / integral.period)
     times = np.linspace(0.0, setup.duration, min(count, _MOST_SAMPLES))
     run = OneCoordinateRun(setup.solver, times, integral.at, integral)
     ended, found = setup.duration, _End("", failed=False)
@@ -93,7 +90,7 @@ def _lingering(setup: Setup, run: Run) -> list[str]:
     drives = problem.independent
     if len(drives) > 1 or setup.motions or setup.forces.has_functions or setup.contacts:
         return []
-    if len(times) < _FEWEST_POINTS:
+    if len(times) < 2:
         return []
     alone = run.drives_alone(times)
     (own,) = problem.mechanism.coordinates.rates_of(drives)

@@ -70,8 +70,9 @@ _OF_ABSOLUTE = 10.0
 
 _FAR_BEYOND = 1e3
 """Energy residual, in tolerances of a step, above which notes tell of it."""
-_STEPS_PER_PERIOD = 64
-"""Steps over which the power of a motion that repeats is integrated by Gauss's rule."""
+PER_PERIOD = 64
+"""Times per turn or swing that a quadrature returns, and steps over which the power of a motion
+that repeats is integrated by Gauss's rule."""
 _ENERGIES = {
     "kinetic_energy": "kinetic energy of all bodies",
     "potential_energy": "potential energy of the weight and of springs",
@@ -667,7 +668,7 @@ class Trajectory(MotionResult):
         steps, times, period = self._run.times, self.time, self._run.period
         if steps[-1] > period:
             # No work is left of a whole period, and one is resolved however many there are.
-            steps, times = np.linspace(0.0, period, _STEPS_PER_PERIOD + 1), times % period
+            steps, times = np.linspace(0.0, period, PER_PERIOD + 1), times % period
         is_idle = self._forces.does_no_work and not self._prescribed
         return read_only(gained(self._power, steps, times, is_idle))
 
