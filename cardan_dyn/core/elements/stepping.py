@@ -241,7 +241,6 @@ class Stepper:
             for index, place in enumerate(tableau.places)
         ][1:]
         self._allowed = np.array(atol, dtype=float).ravel()
-        self._before: tuple[Array, Array] | None = None
         self._error: float | None = None
 
     def take(self, time: float, row: Array, rate: Array) -> Step | str:
@@ -252,7 +251,7 @@ class Stepper:
             row: there.
             rate: its derivative.
         """
-        last, stage = row, row
+        last = row
         length = self._first_length(time, row, rate) if self._length is None else self._length
         shortest = _INSTANTS * (math.nextafter(time, math.inf) - time)
         length, was_missed = max(min(length, self._longest), shortest), False
@@ -264,7 +263,7 @@ class Stepper:
             weighed = np.empty((1 + self._every, row.size))
             rates = weighed[1:]
             weighed[0], rates[0] = row, rate
-            last, stage, fifth, third = self._taken(time, length, weighed)
+            last, fifth, third = self._taken(time, length, weighed)
             error = 0.0
             if fifth or third:
                 error = length * fifth / math.sqrt((fifth + 0.01 * third) * row.size)
@@ -277,15 +276,12 @@ class Stepper:
             length, was_missed = length * max(_SHORTER, factor), True
         factor = min(self._factor(error), 1.0 if was_missed else _LONGER)
         self._length, self._error = length * factor, max(error, _LEAST_ERROR)
-        self._before = stage, rates[len(self._stages)]
         step = Step(time, row, end, last)
         step._derivative, step._rates = self._derivative, rates
         return step
 
-    def _taken(
-        self, time: float, length: float, weighed: Array
-    ) -> tuple[Array, Array, float, float]:
-        """Return the row at the end, that of the last stage, and the sums of squares of two errors.
+    def _taken(self, time: float, length: float, weighed: Array) -> tuple[Array, float, float]:
+        """Return the row at the end, and the sums of squares of two errors.
 
         Errors of order 5 and 3, as fractions of what is allowed.
 
@@ -306,16 +302,15 @@ class Stepper:
             *sums, runs = compiled.kernel.explicit_step(_table(), derivative, *given, by)
             if traced is not None:
                 traced.counted(runs)
-            return last, stages[-1], *sums
+            return last, *sums
         np.multiply(tableau.rows, length, out=self._weights[:, 1:])
-        stage = row
         for index, place, weights in self._stages:
             stage = weights.dot(weighed[: 1 + index])
             rates[index] = derivative(time + place * length, stage)
         last = row + length * tableau.last.dot(rates[:taken])
         errors = tableau.errors.dot(rates[:taken])
         errors /= self._atol + self._rtol * np.maximum(np.abs(row), np.abs(last))
-        return last, stage, float(errors[0].dot(errors[0])), float(errors[1].dot(errors[1]))
+        return last, float(errors[0].dot(errors[0])), float(errors[1].dot(errors[1]))
 
     def _factor(self, error: float) -> float:
         """Return by how much the next step is longer than one of an error."""
@@ -340,17 +335,6 @@ class Stepper:
         else:
             length = (0.01 / max(slope, bend)) ** _MISSED
         return min(100.0 * short, length, longest)
-
-    def decay(self, step: Step) -> float:
-        """Return the rate of decay that the end of the step just taken saw [1/s].
-
-        Zero if its last stages coincide.
-        """
-        if self._before is None or step.rate is None:
-            return 0.0
-        stage, rate = self._before
-        way = float(np.linalg.norm(step.last - stage))
-        return float(np.linalg.norm(step.rate - rate)) / way if way > 0.0 else 0.0
 
 
 def _mean(values: Array) -> float:

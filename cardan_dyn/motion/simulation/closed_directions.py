@@ -19,19 +19,10 @@ from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ...kit.differences import displacements, slopes
 from ...kit.errors import SingularConfigurationError
 
-ZERO = 1e-10
-"""Singular value of the closure equations, as a fraction of their greatest, that counts as zero."""
-_MASSLESS = 1e-14
-"""Inertia along a direction, as a fraction of the greatest, that counts as none."""
-_CLOSED = 1e-15
-"""Gap, as a fraction of how far loops are from the origin, 1 at least, that is rounding: no step
-closes it, and a weak equation would make a displacement of it."""
-_SINGULAR_STEPS = 3
-"""Newton steps that lead to a singular configuration near by."""
+MOST_STEPS = 8
+"""Greatest number of Newton steps that close loops."""
 _REFINED = 3
 """Times that forces are corrected by what their accelerations still lack."""
-_MOST_STEPS = 8
-"""Greatest number of Newton steps that close loops."""
 
 
 class Curve(NamedTuple):
@@ -163,21 +154,16 @@ class ClosedDirections:
         Raises:
             SingularConfigurationError: efforts push along a direction that moves no mass.
         """
-        model, data, free = self.model, self._data, self.free
-        if not all(np.all(np.isfinite(values)) for values in (x, v, efforts)):
+        free = self.free
+        inertia, a, pushing, rows, gains = self._asked(x, v, efforts, prescribed)
+        if not np.all(np.isfinite(pushing)):
             # A step that was too long: the integration takes a shorter one.
-            return np.full(model.nv, np.nan)
-        inertia = self._inertia(x)
-        resisting = pinocchio.nonLinearEffects(model, data, x, v)
-        a = np.zeros(model.nv)
-        a[self._prescribed] = prescribed
-        rows = self.jacobian(x)
-        gains = -self._drift(x, v) - rows @ a
-        left, values, right = np.linalg.svd(rows[:, free])
+            return np.full(self.model.nv, np.nan)
+        left, values, right = np.linalg.svd(rows)
         rank = min(self._rank, rank_of(values))
         a[free] = right[:rank].T @ ((left[:, :rank].T @ gains) / values[:rank])
         ways = _graded(right[rank:].T, np.sqrt(np.abs(np.diag(inertia)[free])))
-        missing = (efforts - resisting - inertia @ a)[free]
+        missing = pushing - inertia[np.ix_(free, free)] @ a[free]
         own = ways.T @ inertia[np.ix_(free, free)] @ ways
         a[free] += ways @ _accelerated(own, ways.T @ missing, np.abs(ways.T) @ np.abs(missing))
         return a
@@ -194,21 +180,15 @@ class ClosedDirections:
             efforts: see `accelerations`.
             prescribed: see `accelerations`.
         """
-        model, free = self.model, self.free
-        if not all(np.all(np.isfinite(values)) for values in (x, v, efforts)):
-            return np.full(model.nv, np.nan)
-        inertia = self._inertia(x)
-        a = np.zeros(model.nv)
-        a[self._prescribed] = prescribed
-        resisting = pinocchio.nonLinearEffects(model, self._data, x, v)
-        pushing = (efforts - resisting - inertia @ a)[free]
-        rows = self.jacobian(x)
-        gains, rows = -self._drift(x, v) - rows @ a, rows[:, free]
+        free = self.free
+        inertia, a, pushing, rows, gains = self._asked(x, v, efforts, prescribed)
+        if not np.all(np.isfinite(pushing)):
+            return np.full(self.model.nv, np.nan)
         try:
             inverse = np.linalg.inv(np.linalg.cholesky(inertia[np.ix_(free, free)]))
         except np.linalg.LinAlgError:
             # So far away that rounding decides the inertia: the step that looks there is too long.
-            return np.full(model.nv, np.nan)
+            return np.full(self.model.nv, np.nan)
         left, values, _ = np.linalg.svd(rows @ inverse.T, full_matrices=False)
         rank = min(self._rank, rank_of(values))
         left, values = left[:, :rank], values[:rank]
@@ -218,6 +198,21 @@ class ClosedDirections:
             forces += left @ ((left.T @ (gains - rows @ gained)) / values**2)
         a[free] = inverse.T @ (inverse @ (pushing + rows.T @ forces))
         return a
+
+    def _asked(
+        self, x: Array, v: Array, efforts: Array, prescribed: Array
+    ) -> tuple[Array, Array, Array, Array, Array]:
+        """Return the inertia matrix, and what is asked of accelerations along free coordinates.
+
+        That is the prescribed ones `(nv,)`, what pushes beside them `(f,)`, the rows of closures
+        `(6 L + k, f)`, and what the accelerations have to make of them. See `accelerations`.
+        """
+        inertia, a = self._inertia(x), np.zeros(self.model.nv)
+        resisting = pinocchio.nonLinearEffects(self.model, self._data, x, v)
+        a[self._prescribed] = prescribed
+        pushing = (efforts - resisting - inertia @ a)[self.free]
+        rows = self.jacobian(x)
+        return inertia, a, pushing, rows[:, self.free], -self._drift(x, v) - rows @ a
 
     def closed(self, x: Array, v: Array, *, strong_alone: bool = False) -> tuple[Array, Array]:
         """Return the nearest state with closed loops, in the metric of the kinetic energy.
@@ -233,7 +228,7 @@ class ClosedDirections:
         free = self.free
         if not (np.all(np.isfinite(x)) and np.all(np.isfinite(v)) and free.size):
             return x, v
-        for left_over in reversed(range(_MOST_STEPS)):
+        for left_over in reversed(range(MOST_STEPS)):
             rows, (gaps, size) = self.jacobian(x), self.gaps(x)
             root = np.linalg.cholesky(self.metric(x))
             weighted = np.linalg.solve(root, rows[:, free].T).T
@@ -242,7 +237,8 @@ class ClosedDirections:
             if strong_alone:
                 rank = _strong(values[: self._rank])
             missing = left[:, :rank].T @ gaps
-            missing[np.abs(missing) <= _CLOSED * size] = 0.0
+            # What is rounding no step closes, and a weak equation would make a displacement of it.
+            missing[np.abs(missing) <= 4.0 * EPS * size] = 0.0
             if not (left_over and np.any(missing)):
                 break
             x = self._moved(x, np.linalg.solve(root.T, right[:rank].T @ (missing / values[:rank])))
@@ -261,7 +257,7 @@ class ClosedDirections:
         if not self._rank:
             return 0.0
         values = self.singular_values(x)
-        least = max(float(values[self._rank - 1]), ZERO * float(values[0]))
+        least = max(float(values[self._rank - 1]), NOTHING * float(values[0]))
         return float(EPS * (values[0] / least) ** 2)
 
     def singular_gap(self, x: Array) -> float:
@@ -271,7 +267,9 @@ class ClosedDirections:
         ones leave.
         """
         free = self.free
-        for _ in range(_SINGULAR_STEPS):
+        longest = np.inf
+        # Newton's method, until the next step would be rounding, or leads nowhere.
+        while longest > np.sqrt(EPS):
             x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
             rows = self.jacobian(x)[:, free]
             root = np.linalg.cholesky(self.metric(x))
@@ -286,7 +284,11 @@ class ClosedDirections:
             moved = np.array([weak.T @ self.jacobian(at)[:, free] @ ways for at in beside])
             bends = slopes(moved, units).reshape(stationary.size, -1)
             factors, *_ = np.linalg.lstsq(bends, -stationary.ravel(), rcond=1e-8)
-            x = self._moved(x, ways @ factors)
+            step = ways @ factors
+            before, longest = longest, float(np.max(np.abs(step)))
+            if not longest < before:
+                break
+            x = self._moved(x, step)
         x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
         return float(np.max(np.abs(self.gaps(x)[0]), initial=0.0))
 
@@ -392,7 +394,7 @@ def refuse_open(error: float) -> None:
 
 def rank_of(values: Array) -> int:
     """Return how many singular values `(n,)`, in any order, are not zero."""
-    return int(np.count_nonzero(values > ZERO * np.max(values, initial=0.0)))
+    return int(np.count_nonzero(values > NOTHING * np.max(values, initial=0.0)))
 
 
 def _strong(values: Array) -> int:
@@ -425,7 +427,7 @@ def _graded(ways: Array, weights: Array) -> Array:
 def _accelerated(inertia: Array, efforts: Array, terms: Array) -> Array:
     """Return the accelerations `(d,)` along directions; none along those that nothing pushes."""
     own = np.diag(inertia)
-    heavy = own > _MASSLESS * np.max(own, initial=0.0)
+    heavy = own > EPS * np.max(own, initial=0.0)
     root = np.sqrt(np.where(heavy, own, 1.0))
     values, axes = np.linalg.eigh(
         np.where(np.outer(heavy, heavy), inertia, 0.0) / root[:, None] / root
@@ -436,7 +438,7 @@ def _accelerated(inertia: Array, efforts: Array, terms: Array) -> Array:
     if np.any(pushed):
         raise SingularConfigurationError(
             "efforts push along a direction in which nothing that moves has mass, or less than "
-            f"{_MASSLESS:g} of the greatest, so that its acceleration has no limit; give the links "
+            f"{EPS:.1g} of the greatest, so that its acceleration has no limit; give the links "
             "that move there an inertia, or hold or prescribe a joint that they move"
         )
     scaled = np.where(moves, scaled / np.where(moves, values, 1.0), 0.0)

@@ -25,42 +25,27 @@ import numpy as np
 import pinocchio
 
 from ...core.dynamics.chain_tape import ChainTape, ChainTapes
+from ...core.kinematics.tolerances import AROUND, CONFIGURATIONS
 from ...core.mechanism.mechanism import Mechanism
 from ...core.mechanism.welds import Loop
-from ...kit.arrays import Array, consecutive
+from ...kit.arrays import EPS, ROUNDED, Array, consecutive
 from ...kit.errors import SingularConfigurationError
-from .closed_directions import ClosedDirections, CouplingRows, Curve, rank_of, refuse_open
+from .closed_directions import (
+    MOST_STEPS,
+    ClosedDirections,
+    CouplingRows,
+    Curve,
+    rank_of,
+    refuse_open,
+)
 from .free_balls import WithBalls
 from .turning_model import in_lengths, turning_model
 
 _TOGETHER = 16
 """Velocity coordinates up to which chains are taken together: fewer cost as many calls."""
-_ELSEWHERE = 0.3
-"""Displacement [rad, or a fraction of the length] after which equations have the rank and the size
-that they have elsewhere, whether or not loops are closed there."""
-_PLACES = 3
-"""Number of configurations at which these are looked at."""
 _WEAK = 1.0 / 30.0
 """Least singular value of closure equations, as a fraction of that elsewhere, below which they are
 weak."""
-_SPARED = 0.1
-"""Factor on columns of coordinates that are to be independent where others are as good."""
-_WEIGHTLESS = 1e-11
-"""Inertia along a direction, as a fraction of that along the coordinates themselves, that counts as
-none, so that the inertia matrix has no inverse."""
-_LENT = 1e-4
-"""Inertia lent to every joint of a chain with weightless parts where its loops are closed, as a
-fraction of the greatest; accelerations are those without it."""
-_MOST_STEPS = 4
-"""Greatest number of Newton steps that close loops which have drifted open."""
-_CLOSED = 4e-16
-"""Closure error at which they end, see `ConstrainedChain.closure_error`."""
-_NEAR = 1e-8
-"""Error of which one Newton step leaves rounding."""
-_OPEN = 1e-3
-"""Displacement [rad, or a fraction of the length] by which loops are opened to see their rank."""
-_MOVED = (0.02, 0.05)
-"""Displacements after which they are closed again to see it."""
 
 
 _Orders: TypeAlias = tuple[tuple[int, ...], ...]
@@ -321,8 +306,8 @@ class ConstrainedChain:
         def measured() -> _Elsewhere:
             elsewhere = _Elsewhere.around(every, state)
             close = directions(elsewhere.rank).closed
-            return _overclosed(every, state, lambda x: close(x, np.zeros(every.model.nv))[0]) or (
-                elsewhere
+            return elsewhere.where_closed(
+                every, state, lambda x: close(x, np.zeros(every.model.nv))[0]
             )
 
         bodies, kept = tuple(chain.bodies), mechanism.kept
@@ -384,7 +369,7 @@ class ConstrainedChain:
             if not rank:
                 orders.append(())
                 continue
-            rows = self._every.jacobian(x)[:, columns] * np.where(kept[columns], _SPARED, 1.0)
+            rows = self._every.jacobian(x)[:, columns] * np.where(kept[columns], _WEAK, 1.0)
             upper, order = qr(rows, mode="r", pivoting=True, check_finite=False)
             rates = self._rates[columns[order[:rank]]].tolist()
             orders.append(self._tapes.sparse_first(rates))
@@ -482,7 +467,7 @@ class ConstrainedChain:
         if self._is_open:
             return x, v
         is_near = False
-        for _ in range(1 + _MOST_STEPS):
+        for _ in range(MOST_STEPS):
             found = self._main.closer(x, v) if self._main is not None else None
             if found is None and (other := self._other(x)) is not None:
                 found = other.closer(x, v, at_last=True)
@@ -493,9 +478,10 @@ class ConstrainedChain:
                     self.rounding = max(self.rounding, rounding)
                 return x, v
             nearer, rates, error = found
-            if is_near or error <= _CLOSED:
+            if is_near or error < 2.0 * EPS:
                 return x, rates
-            x, is_near = nearer, error <= _NEAR
+            # The error of a step of Newton's method is the square of what it closes.
+            x, is_near = nearer, error <= np.sqrt(EPS)
         refuse_open(error)
         return x, rates
 
@@ -539,9 +525,22 @@ class _Elsewhere(NamedTuple):
     def around(every: ClosedDirections, state: Array) -> _Elsewhere:
         """Look at some configurations about a state, whether or not loops are closed there."""
         random = np.random.default_rng(1)
-        ways = random.uniform(-_ELSEWHERE, _ELSEWHERE, size=(_PLACES, every.model.nv))
+        ways = random.uniform(-1.0, 1.0, size=(CONFIGURATIONS, every.model.nv))
         places = [pinocchio.integrate(every.model, state, way) for way in ways]
         return _Elsewhere.at(every, np.array(places))
+
+    def where_closed(
+        self, every: ClosedDirections, state: Array, closed: Callable[[Array], Array]
+    ) -> _Elsewhere:
+        """Return equations where loops are closed, if some are redundant there alone."""
+        if every.rank(state) == self.rank:
+            return self
+        # The state itself may be singular.
+        ways = np.zeros((CONFIGURATIONS - 1, every.model.nv))
+        ways[:, every.free] = np.random.default_rng(0).normal(size=(len(ways), every.free.size))
+        moved = [closed(pinocchio.integrate(every.model, state, AROUND * way)) for way in ways]
+        found = _Elsewhere.at(every, np.array([state, *moved]))
+        return self if found.rank == self.rank else found
 
     def weakness(self, every: ClosedDirections, x: Array) -> float:
         """Return the least singular value, relative to the greatest, as a fraction of elsewhere.
@@ -595,28 +594,6 @@ def _lent_inertia(inertia: Array, free: Array) -> float:
         return 0.0
     if np.all(scale > 0.0):
         least = float(np.min(np.linalg.eigvalsh(own / scale / scale[:, None])))
-        if least > _WEIGHTLESS and np.min(scale) > np.sqrt(_WEIGHTLESS) * np.max(scale):
+        if least > ROUNDED and np.min(scale) > np.sqrt(ROUNDED) * np.max(scale):
             return 0.0
-    return _LENT * float(np.max(scale)) ** 2 or 1.0
-
-
-def _overclosed(
-    every: ClosedDirections, state: Array, closed: Callable[[Array], Array]
-) -> _Elsewhere | None:
-    """Return equations that are redundant only where loops are closed, there; None if not."""
-    if not every.loop_rows:
-        return None
-    nv, free = every.model.nv, every.free
-    ways = np.zeros((len(_MOVED) + 1, nv))
-    ways[:, free] = np.random.default_rng(0).normal(size=(len(ways), free.size))
-
-    def displaced(size: float, way: Array) -> Array:
-        return np.asarray(pinocchio.integrate(every.model, state, size * way))
-
-    opened = every.rank(displaced(_OPEN, ways[-1]))
-    if every.rank(state) == opened:
-        return None
-    # The state itself may be singular.
-    moved = [closed(displaced(size, way)) for size, way in zip(_MOVED, ways, strict=False)]
-    found = _Elsewhere.at(every, np.array([state, *moved]))
-    return None if found.rank == opened else found
+    return float(np.sqrt(EPS) * np.max(scale) ** 2) or 1.0

@@ -17,7 +17,7 @@ import pinocchio
 from ...core.elements.pin_motion import PinPlace
 from ...core.elements.stepping import first_fall
 from ...core.mechanism.mechanism import Mechanism
-from ...kit.arrays import NOTHING, Array
+from ...kit.arrays import EPS, NOTHING, Array
 from ...kit.extremes import peak
 from .integration import Integration
 from .recorded_contact import FREE, PARTED, PRESSED, Phase, RecordedContact
@@ -28,13 +28,9 @@ _INNER = 8
 _LEFT = np.concatenate([np.linspace(1.0, 0.0, _INNER, endpoint=False), np.logspace(-1.0, -6.0, 16)])
 """Parts of the way out of a wall, on which it may press once more, that are left where it is
 looked at."""
-_SOON = 1e-6
-"""Part of the first interval after which a phase ends that rounding began on the wrong side."""
 _STRICT = 1e-2
 """Part of the tolerances that steps may use while a wall presses: pins enter it by so little that
 forces and energies would miss what was asked for a hundred times over."""
-_BETTER = 0.95
-"""Sampled force, as a fraction of the peak so far, from which on it is looked for a higher peak."""
 
 
 class Touch(NamedTuple):
@@ -131,7 +127,8 @@ class ContactFollowing:
                 return places(time)[index]
 
             ends.append(pin.end(times, place))
-        soon = step.start + _SOON * (times[1] - times[0])
+        # Rounding has begun a phase on the wrong side: it ends as soon as places differ.
+        soon = step.start + np.sqrt(EPS) * (times[1] - times[0])
         ends = [soon if end <= step.start else end for end in ends]
         first = min(ends)
         end = min(first, step.end)
@@ -265,7 +262,7 @@ class _Pin:
         forces = [self.pressure(place(time), phase.touch_speed) for time in times]
         best = int(np.argmax(forces))
         so_far = self._peak.force if self._peak else 0.0
-        if forces[best] < _BETTER * so_far:
+        if forces[best] < so_far and best in (0, len(times) - 1):
             return
         time, force = times[best], forces[best]
         low, high = times[max(best - 1, 0)], times[min(best + 1, len(times) - 1)]

@@ -14,7 +14,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ...kit.arrays import ROUNDED, Array
+from ...core.kinematics.tolerances import SINGULAR_CONDITION
+from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ...kit.errors import SingularConfigurationError
 from ...kit.extremes import peak
 from .constrained_model import ConstrainedModel
@@ -28,14 +29,6 @@ _AHEAD = 0.6
 """How far is looked ahead, in steps."""
 _DIPS = 0.2
 """Weakness at a crossing, as a fraction of that at the ends of the search, at most."""
-_DECIDED = 1e-3
-"""Part of the speeds that rounding may decide at the start."""
-_LOST = 1.0
-"""Part of the speeds that rounding may decide anywhere: beyond it they are no result."""
-_TOLD = 1e-9
-"""Part of the speeds above which users are told that rounding decides it..."""
-_STEPS = 10.0
-"""...and in tolerances of a step."""
 
 
 def refuse_rounding(part: float) -> None:
@@ -44,7 +37,7 @@ def refuse_rounding(part: float) -> None:
     Raises:
         SingularConfigurationError: too great a part.
     """
-    if part > _DECIDED:
+    if part > EPS * SINGULAR_CONDITION:
         raise SingularConfigurationError(
             "the start is so close to a singular configuration that rounding decides "
             f"{part:.0e} of its speeds; begin farther from there"
@@ -61,13 +54,13 @@ def notes_of_rounding(part: float, rtol: float) -> list[str]:
     Raises:
         SingularConfigurationError: all of them.
     """
-    if part > _LOST:
+    if part > 1.0:
         raise SingularConfigurationError(
             "the motion comes so close to a singular configuration that rounding decides all of "
             "its speeds, and with them the way on: begin with another speed or position, end "
             "before, or give the mechanism clearance, a spring or other lengths there"
         )
-    if part <= max(_TOLD, _STEPS * rtol):
+    if part <= max(NOTHING, rtol):
         return []
     return [
         "close to a singular configuration: there rounding of lengths and positions decides "

@@ -20,8 +20,6 @@ _FEWEST, _MOST = 64, 8192
 """Positions per period: the first number, which is doubled, and the greatest."""
 _ROUNDING = 20.0
 """Rounding errors of an effort, in eps times its condition number, below which coefficients are."""
-_MOST_KEPT = 8
-"""Functions that are kept with a mechanism: each has at most 8192 numbers."""
 _COMPARED = 8
 """Further positions at which functions that repeat within the period are seen to do so."""
 
@@ -71,7 +69,7 @@ def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> Ene
     problem, assembly = solver.problem, solver.assembly
     key = assembly.kinematics.key, assembly.start.tobytes(), problem.gravity.tobytes()
     kept = problem.mechanism.kept
-    return kept.of("energy functions", key, lambda: _found(solver, None), most=_MOST_KEPT)
+    return kept.of("energy functions", key, lambda: _found(solver, None))
 
 
 def _found(solver: ProblemSolver, forces: Forces | None) -> EnergyFunctions:

@@ -34,18 +34,6 @@ too long: a curve leaves the square of the first step."""
 _MOST_STEPS = 200
 _LONGEST = 0.3
 """Longest step of Newton's method [rad, or as a fraction of the characteristic length]."""
-_SHORTEST = 1e-14
-"""Step, likewise, at which it has converged."""
-_NOISE = 1e-11
-"""Stiffness, per greatest wrench in a joint, that counts as zero: differences of efforts that are
-rounded like these wrenches leave a hundredth of it."""
-_NONE = 1e-300
-"""Stiffness that counts as zero where nothing acts at all [N·m/rad]."""
-_WEIGHTLESS = 1e-13
-"""Inertia along a direction, as a fraction of the greatest, that counts as none."""
-_SPLIT = 1e-5
-"""Imaginary part of the square of a frequency, as a fraction of it, that counts as rounding: it
-parts two that are equal by the root of its size."""
 
 
 class Equilibrium(Prescribed):
@@ -69,8 +57,9 @@ class Equilibrium(Prescribed):
         self.sweep = statics.sweep(position[None, :])
         self._scale = read_only(statics.scale)
         greatest = float(np.max(np.abs(stiffness * self._scale[:, None] * self._scale)))
-        noise = _NOISE / statics.unit * statics.wrench
-        self._noise = max(noise, ROUNDED * greatest, _NONE)
+        # Differences of efforts that are rounded like wrenches leave a tenth of it.
+        noise = ROUNDED / statics.unit * statics.wrench
+        self._noise = max(noise, ROUNDED * greatest, float(np.finfo(float).tiny))
         self._freeze()
 
     def __repr__(self) -> str:
@@ -178,9 +167,9 @@ def _moved(
     size = float(np.linalg.norm(effort * statics.scale))
     if size <= EPS * statics.wrench:
         return x, effort, stiffness, True
-    shortest = _SHORTEST * (1.0 + float(np.max(np.abs(x))))
+    shortest = 4.0 * EPS * (1.0 + float(np.max(np.abs(x))))
     refused = ""
-    for _ in range(30):
+    while True:
         if np.max(np.abs(step) / statics.scale) <= shortest:
             if size <= max(NOTHING * statics.greatest, ROUNDED * statics.wrench):
                 return x, effort, stiffness, True
@@ -308,7 +297,7 @@ def small_motions(stiffness: Array, inertia: Array, noise: float) -> SmallMotion
     if np.max(np.abs(stiffness - stiffness.T)) <= 2.0 * noise:
         stiffness = 0.5 * (stiffness + stiffness.T)
     weights, axes = np.linalg.eigh(inertia)
-    is_heavy = weights > _WEIGHTLESS * np.max(np.abs(weights))
+    is_heavy = weights > ROUNDED * np.max(np.abs(weights))
     turned = axes.T @ stiffness @ axes
     heavy, light = np.ix_(is_heavy, is_heavy), np.ix_(~is_heavy, ~is_heavy)
     # What has no inertia follows the rest as its springs want it.
@@ -318,7 +307,8 @@ def small_motions(stiffness: Array, inertia: Array, noise: float) -> SmallMotion
     root = np.sqrt(weights[is_heavy])
     squares, vectors = _spectrum(condensed / root[:, None] / root)
     errors = noise * np.sum(np.abs(vectors / root[:, None]) ** 2, axis=0)
-    flutters = np.abs(squares.imag) > np.maximum(errors, _SPLIT * np.abs(squares))
+    # Rounding parts two that are equal by the root of its size.
+    flutters = np.abs(squares.imag) > np.maximum(errors, np.sqrt(NOTHING) * np.abs(squares))
     swings = (squares.real > errors) & ~flutters
     idle = _spectrum(own)[0].real
     least = np.concatenate([squares.real / np.where(errors > 0.0, errors, 1e-300), idle / noise])

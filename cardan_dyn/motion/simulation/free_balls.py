@@ -19,7 +19,7 @@ import cmath
 import math
 from collections.abc import Callable, Collection, Iterable
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import pinocchio
@@ -27,7 +27,7 @@ import pinocchio
 from ...core.mechanism.coordinates import Coordinates
 from ...core.mechanism.joints import Joint, Part
 from ...core.mechanism.mechanism import Mechanism
-from ...kit.arrays import NOTHING, ROUNDED, Array, quaternion_product
+from ...kit.arrays import EPS, NOTHING, ROUNDED, Array, quaternion_product
 
 _PIECES = 4
 """Straight pieces by which a part's way within an interval is followed."""
@@ -45,8 +45,15 @@ _CUBICS = np.array(
     ]
 )
 """Values at equal distances of the cubic with given values and slopes at the ends."""
-_COINCIDE = 1e-8
-"""Sine of the angle between first and last axis up to which they coincide."""
+
+
+State: TypeAlias = tuple[Array, Array]
+"""Coordinates and velocities that are integrated."""
+
+COINCIDE = math.sqrt(EPS)
+"""Sine of the angle between first and last axis up to which they coincide: half of the digits."""
+NEARLY = 1e-4
+"""The same up to which speeds of the angles lose so many digits that they are no results."""
 
 
 class FreeBall(NamedTuple):
@@ -112,72 +119,55 @@ class FreeBall(NamedTuple):
         return np.array([total + difference, 2.0 * half - self.lead, total - difference])
 
     def followed(
-        self, near: Array, way: Callable[[float], Array], ends: tuple[float, float], spin: float
+        self,
+        near: Array,
+        ends: tuple[float, float],
+        states: tuple[State, State],
+        way: Callable[[float], State],
     ) -> Array:
         """Return the angles `(3,)` at the end of an interval into which they go on continuously.
 
         Args:
             near: angles at its start.
-            way: rows at a time, of which quaternions are read.
             ends: of the interval [s].
-            spin: greatest speed of the rotation in it [rad/s].
+            states: at them.
+            way: the state at any time between them.
         """
-        x, y, z = near.tolist()
-        phases = [0.5 * (x + z), 0.5 * (x - z)]
-        half = 0.5 * (y + self.lead)
-        pending = [ends]
+        angles, pending = near, [(*ends, *states)]
         while pending:
-            start, end = pending.pop()
+            start, end, first, last = pending.pop()
+            found = self._turned(angles, (first, last), end - start)
             middle = 0.5 * (start + end)
-            turned = 0.5 * spin * (end - start)
-            times = np.linspace(start, end, _PIECES + 1).tolist() if turned < 1.0 else []
-            places = [self.parts(way(time)) for time in times]
-            is_clear = bool(places) and all(
-                _is_clear([place[index] for place in places], turned) for index in range(2)
-            )
-            if not is_clear and start < middle < end:
-                pending += [(middle, end), (start, middle)]
+            if found is None and start < middle < end:
+                between = way(middle)
+                pending += [(middle, end, between, last), (start, middle, first, between)]
                 continue
-            places = places or [self.parts(way(start)), self.parts(way(end))]
-            for one, other in pairwise(places):
-                phases = [_next_phase(*parts) for parts in zip(phases, one, other, strict=True)]
-            angles = self._angles(places[-1], (phases[0], phases[1]), half)
-            half = 0.5 * (float(angles[1]) + self.lead)
+            angles = self.nearest(last[0], angles) if found is None else found
         return angles
 
-    def turned(
-        self, near: Array, rows: tuple[Array, Array], rates: tuple[Array, Array], span: float
-    ) -> Array | None:
+    def _turned(self, near: Array, states: tuple[State, State], span: float) -> Array | None:
         """Return what `followed` does, from the ends of an interval alone; None if they leave it.
 
-        Args:
-            near: angles at its start.
-            rows: at its ends.
-            rates: angular velocities in the body's frame at its ends `(3,)` [rad/s].
-            span: of time [s].
+        Cubics follow both parts of the quaternion.
         """
         x, y, z = near.tolist()
-        turned = 0.5 * span * max(float(np.linalg.norm(rate)) for rate in rates)
+        phases, half = [0.5 * (x + z), 0.5 * (x - z)], 0.5 * (y + self.lead)
+        spins = [rates[self.rate : self.rate + 3] for _, rates in states]
+        turned = 0.5 * span * max(float(np.linalg.norm(spin)) for spin in spins)
         if turned > _SHORT:
             return None
-        before, after = (np.array(self.parts(row)) for row in rows)
-        gains = [
-            span * np.array(self.parts_of(_spun(row[self.ball : self.ball + 4], rate)))
-            for row, rate in zip(rows, rates, strict=True)
-        ]
-        phases = [0.5 * (x + z), 0.5 * (x - z)]
-        for index in range(2):
-            places = [
-                complex(place)
-                for place in _CUBICS
-                @ [before[index], gains[0][index], after[index], gains[1][index]]
-            ]
-            if not _is_clear(places, turned, _CUBIC_ERROR * turned**4):
+        turns = [row[self.ball : self.ball + 4] for row, _ in states]
+        before, after = (np.array(self.parts_of(turn)) for turn in turns)
+        rise, fall = (
+            span * np.array(self.parts_of(_spun(*pair))) for pair in zip(turns, spins, strict=True)
+        )
+        for index, way in enumerate((_CUBICS @ [before, rise, after, fall]).T.tolist()):
+            if not _is_clear(way, turned, _CUBIC_ERROR * turned**4):
                 return None
-            for one, other in pairwise(places):
+            for one, other in pairwise(way):
                 phases[index] = _next_phase(phases[index], one, other)
         first, second = after.tolist()
-        return self._angles((first, second), (phases[0], phases[1]), 0.5 * (y + self.lead))
+        return self._angles((first, second), (phases[0], phases[1]), half)
 
     def rates(self, angles: Array, spin: Array, gain: Array) -> tuple[Array, Array, bool]:
         """Return rates and accelerations of the angles, `(3,)` each, and whether they exist.
@@ -198,7 +188,7 @@ class FreeBall(NamedTuple):
         tilt = cos * second - sin * third
         across = sin * second + cos * third
         exists = True
-        if abs(sine) > _COINCIDE:
+        if abs(sine) > COINCIDE:
             first = across / sine
         else:
             size = math.sqrt(along**2 + second**2 + third**2)
@@ -209,7 +199,7 @@ class FreeBall(NamedTuple):
         last = along - first * cosine
         across_gain = sin * second_gain + cos * third_gain + tilt * last - first * tilt * cosine
         tilt_gain = cos * second_gain - sin * third_gain - first * sine * last
-        is_apart = abs(sine) > _COINCIDE
+        is_apart = abs(sine) > COINCIDE
         first_gain = across_gain / sine if is_apart else 0.5 * cosine * along_gain
         last_gain = along_gain - first_gain * cosine + first * tilt * sine
         rates, gains = [first, tilt, last], [first_gain, tilt_gain, last_gain]
@@ -238,7 +228,7 @@ class FreeBall(NamedTuple):
         first, tilt, last = efforts.tolist()
         across = first - last * cosine
         if across != 0.0:
-            across /= sine if abs(sine) > _COINCIDE**2 else math.copysign(_COINCIDE**2, sine)
+            across /= sine if abs(sine) > EPS else math.copysign(EPS, sine)
         parts = [last, across * sin + tilt * cos, across * cos - tilt * sin]
         return np.array(parts) @ self.axes
 
@@ -273,7 +263,7 @@ def _next_phase(phase: float, before: complex, after: complex) -> float:
     return _nearest_phase(after, phase + cmath.phase(after / before))
 
 
-def _is_clear(way: list[complex], turned: float, error: float = 0.0) -> bool:
+def _is_clear(way: list[complex], turned: float, error: float) -> bool:
     """Return whether a part surely went round zero as straight pieces do, or stayed in it.
 
     Args:
@@ -441,30 +431,22 @@ class WithBalls:
     def followed(
         self,
         turns: Array,
-        rows: tuple[Array, Array],
-        rates: tuple[Array, Array],
         ends: tuple[float, float],
-        way: Callable[[float], Array],
+        states: tuple[State, State],
+        way: Callable[[float], State],
     ) -> Array:
         """Return the turns at the end of a part of a step, of which those at its start are known.
 
         Args:
             turns: at its start.
-            rows: that are integrated, at its ends.
-            rates: velocities that are integrated, at its ends.
             ends: [s].
-            way: rows at a time between them.
+            states: at them.
+            way: the state at any time between them.
         """
         turns = turns.copy()
         for ball in self.balls:
-            span, own = slice(ball.ball, ball.ball + 3), slice(ball.rate, ball.rate + 3)
-            near = 2.0 * np.pi * turns[span]
-            spins = rates[0][own], rates[1][own]
-            angles = ball.turned(near, rows, spins, ends[1] - ends[0])
-            if angles is None:
-                spin = 1.5 * max(float(np.linalg.norm(rate)) for rate in spins)
-                last = ball.followed(near, way, ends, spin)
-                angles = ball.nearest(rows[1], last)
+            span = slice(ball.ball, ball.ball + 3)
+            angles = ball.followed(2.0 * np.pi * turns[span], ends, states, way)
             turns[span] = angles / (2.0 * np.pi)
         return turns
 

@@ -9,20 +9,15 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ...core.elements.stepping import ImplicitStepper, Step, Stepper, Traced
+from ...core.elements.stepping import INSTANT, ImplicitStepper, Step, Stepper, Traced
 from ...kit.arrays import Array
 from ...kit.errors import CardanError
 from .crossings import Crossings
 from .forces import Named
+from .stiffness import jacobian
 
-_STIFF = 5.0
-"""Step times the greatest rate of decay from which on it is stability that limits the steps of
-DOP853: at 6.1 they would grow (Hairer, Nørsett, Wanner: Solving Ordinary Differential Equations I,
-section II.10), and the error that this shows keeps them a little shorter."""
-_STIFF_STEPS = 15
-"""Steps in a row that have to be so long: then the equations are stiff."""
-_STIFF_EVERY = 8
-"""Steps after which this is looked at, as long as they are short enough."""
+FINEST = 2.5e-14
+"""Least relative tolerance: below, steps cannot be judged in rounding arithmetic."""
 _FREE_OF_STAGES = {"DOP853": 7.0 / 15.0, "Radau": 0.4}
 """Middle of the longest part of a step in which the method has no stage."""
 _WITHIN = 0.07
@@ -32,23 +27,9 @@ _SHORTEST = 0.2
 their rounding is taken for its error."""
 _MOST_PLACED = 8
 """Steps that are tried until one is placed so."""
-_FINEST = 1e-13
-"""Relative tolerance that a part of one is not made smaller than."""
-_SHORTEST_AGAIN = 1e-14
-"""Step, as a fraction of the time, up to which one that was misread is not taken again."""
-_DIFFERENCE = 1.5e-8
-"""Relative step of differences that Jacobians are made of, the root of eps."""
-_FINER = 1.0 / 30.0
-"""Part of a difference by which it is checked whether rates are straight over it."""
-_STRAIGHT = 0.1
-"""Greatest change of a column by that, as a fraction of it."""
-_FINEST_DIFFERENCES = 4
-"""How often differences are made finer; where none agree, rounding is what they see."""
-_LOOKED_AT = 64
-"""Number of steps after which it is looked whether equations have become stiff; then again each
-time there are half as many more."""
 _TRIED = 24
-"""Steps after which it is looked whether an implicit method was worth its price."""
+"""Steps after which it is looked whether equations are stiff, then again each time there are twice
+as many; and after which it is looked whether an implicit method was worth its price."""
 
 
 class Equations(Protocol):
@@ -108,9 +89,9 @@ class Equations(Protocol):
         return ""
 
 
-Judge = Callable[[float, Array, Array, float], bool]
-"""Returns whether steps are shorter than accuracy asks for, from the time [s], a row, the Jacobian
-there and the length of the last step [s]."""
+Judge = Callable[[float, Array, float], bool]
+"""Returns whether steps are shorter than accuracy asks for, from the time [s], a row and the length
+of the last step [s]."""
 
 
 class Point(NamedTuple):
@@ -170,7 +151,7 @@ class Integration:
             longest: step that is allowed then [s].
             crossings: finds those of the constraints, over which steps lead; None if there is none.
             stops: times [s], ascending, after which derivatives are others: steps end there.
-            is_stiff: judges a row now and then, None if only the steps themselves tell.
+            is_stiff: judges a row now and then; None if nothing can be stiff.
         """
         self.equations, self.method, self.crossings = equations, method, crossings
         self.steps: list[Step] = []
@@ -184,8 +165,7 @@ class Integration:
         self._ahead: tuple[float, float, float] | None = None
         """Time of the crossing before which a step has just ended, the step that leads over, and
         the shortest that may."""
-        self._stiff_steps = 0
-        self._judge, self._next_look, self._not_before = is_stiff, _LOOKED_AT, 0
+        self._judge, self._next_look = is_stiff, _TRIED
         self._tried: tuple[int, float] | None = None
         # Equations work in one set of memory; of threads that share a trajectory, one reads it.
         self._lock = threading.RLock()
@@ -211,7 +191,7 @@ class Integration:
         """Return what steps anew, with a first length [s] if it is known, whatever its error."""
         rtol, atol, longest = self._rtol, self._atol, self._longest
         if self.strictness < 1.0:
-            rtol = min(rtol, max(self.strictness * rtol, _FINEST))
+            rtol = min(rtol, max(self.strictness * rtol, FINEST))
             atol = atol * (rtol / self._rtol)
         if self._step is not None:
             length = longest = min(self._step, self._duration)
@@ -225,33 +205,10 @@ class Integration:
         return ImplicitStepper(derivative, self._end, jacobian=self._jacobian, **asked)
 
     def _jacobian(self, time: float, y: Array) -> Array:
-        """Return the derivatives `(n, n)` of the rates, by differences.
-
-        Friction that sets in within a small part of the speeds has slopes that great differences
-        do not see: they are made finer until two of them agree.
-        """
-        rate = self.equations.derivative(time, y)
-        jacobian, scale = np.empty((y.size, y.size)), self._atol / self._rtol
-
-        def column(index: int, difference: float) -> Array:
-            moved = y.copy()
-            moved[index] += difference
-            return (self.equations.derivative(time, moved) - rate) / (moved[index] - y[index])
-
-        for index in range(y.size):
-            size = abs(float(y[index]))
-            difference = _DIFFERENCE * max(size, float(scale[index]))
-            jacobian[:, index] = coarse = column(index, difference)
-            for _ in range(_FINEST_DIFFERENCES):
-                difference *= _FINER
-                if size + difference == size:
-                    break
-                fine = column(index, difference)
-                if np.max(np.abs(fine - coarse)) <= _STRAIGHT * np.max(np.abs(fine)):
-                    jacobian[:, index] = coarse
-                    break
-                coarse = fine
-        return jacobian
+        """Return the derivatives `(n, n)` of the rates."""
+        return jacobian(
+            lambda row: self.equations.derivative(time, row), y, self._atol / self._rtol
+        )
 
     @property
     def _end(self) -> float:
@@ -314,11 +271,10 @@ class Integration:
                     step.prepare()
             step.rate = rate = equations.derivative(time, y)
             equations.turns = self._followed(step, time, y)
-            if self._step or not equations.is_misread(y, turns) or length < _SHORTEST_AGAIN * time:
+            if self._step or not equations.is_misread(y, turns) or length < INSTANT * time:
                 break
             equations.turns, self._ahead = turns, None
             self._stepper = self._begun(0.5 * length)
-        is_stiff = self._is_stiff(stepper, step)
         self.steps.append(step)
         wrapped = equations.wrap(y)
         self.points.append(Point(time, wrapped, equations.turns, rate))
@@ -326,15 +282,14 @@ class Integration:
             self.restart(self.points[-1]._replace(time=resumed))
         if not self.is_running:
             return None
-        is_explicit = isinstance(stepper, Stepper)
-        if is_stiff or (is_explicit and self._looks_stiff(time, wrapped, length)):
+        if isinstance(stepper, Stepper) and self._looks_stiff(time, wrapped, length):
             self._tried = len(self.steps) + _TRIED, length
             self.stiff_from, self.method, self._stepper = time, "Radau", None
         elif self._tried and len(self.steps) >= self._tried[0]:
             # Where slow motion asks for as many steps of lower order, they cost more.
             if length <= self._tried[1]:
-                self.stiff_from, self.method, self._stiff_steps = None, "DOP853", 0
-                self._next_look = self._not_before = 2 * len(self.steps)
+                self.stiff_from, self.method = None, "DOP853"
+                self._next_look = 2 * len(self.steps)
                 self._stepper = self._begun(length)
             self._tried = None
         return None
@@ -401,20 +356,8 @@ class Integration:
         """Return whether a row is judged to be stiff, if it is time to."""
         if self._judge is None or self._step is not None or len(self.steps) < self._next_look:
             return False
-        self._next_look = len(self.steps) * 3 // 2
-        return self._judge(time, y, self._jacobian(time, y), length)
-
-    def _is_stiff(self, stepper: Stepper | ImplicitStepper, step: Step) -> bool:
-        """Return whether stability, not accuracy, has limited the last steps of DOP853."""
-        if not isinstance(stepper, Stepper) or self._step is not None:
-            return False
-        if len(self.steps) < self._not_before:
-            return False
-        if not self._stiff_steps and len(self.steps) % _STIFF_EVERY:
-            return False
-        limited = (step.end - step.start) * stepper.decay(step) > _STIFF
-        self._stiff_steps = self._stiff_steps + 1 if limited else 0
-        return self._stiff_steps >= _STIFF_STEPS
+        self._next_look = 2 * len(self.steps)
+        return self._judge(time, y, length)
 
     def at(self, time: float) -> Point:
         """Return the point at a time within what was integrated."""

@@ -15,7 +15,7 @@ from .crossings import Crossings
 from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
 from .events import EventSearch, Happened, State
-from .free_balls import WithBalls, with_free_balls
+from .free_balls import NEARLY, WithBalls, with_free_balls
 from .integration import Equations, Integration, Judge
 from .progress import INTERRUPTED
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
@@ -23,7 +23,7 @@ from .scalar_equation import ScalarEquation
 from .setup import Setup, refuse_distances
 from .stiffness import judged, limited, modes, settled
 from .system import System
-from .trajectory import Course, Trajectory
+from .trajectory import PER_PERIOD, Course, Trajectory
 
 _GROWS = 100.0
 """Growth of errors from which on a motion lingers: any that swings has a few times as much."""
@@ -31,13 +31,8 @@ _LINGERS = 1e-5
 """Doubt of positions that is told of steps [rad]."""
 _STEP_ERRORS = 50.0
 """Error of the energy that steps add up to, in relative tolerances."""
-_FEWEST_POINTS = 4
-_SAMPLES_PER_PERIOD = 64
-"""Times per turn or swing that a quadrature returns."""
 _MOST_SAMPLES = 20_000
 """Greatest number of these times; `Trajectory.at` gives others."""
-_HARDLY_APART = 1e-4
-"""Sine of the angle between outer axes of a ball up to which they explain why steps failed."""
 
 
 def by_quadrature(setup: Setup) -> Trajectory:
@@ -45,9 +40,9 @@ def by_quadrature(setup: Setup) -> Trajectory:
     functions = energy_functions(setup.solver, setup.forces)
     integral = EnergyIntegral(functions, *setup.drive_start)
     refuse_distances(integral.fastest, setup.duration, integral.reach)
-    count = 1 + _SAMPLES_PER_PERIOD
+    count = 1 + PER_PERIOD
     if np.isfinite(integral.period):
-        count += int(_SAMPLES_PER_PERIOD * setup.duration / integral.period)
+        count += int(PER_PERIOD * setup.duration / integral.period)
     times = np.linspace(0.0, setup.duration, min(count, _MOST_SAMPLES))
     run = OneCoordinateRun(setup.solver, times, integral.at, integral)
     ended, found = setup.duration, _End("", failed=False)
@@ -95,7 +90,7 @@ def _lingering(setup: Setup, run: Run) -> list[str]:
     drives = problem.independent
     if len(drives) > 1 or setup.motions or setup.forces.has_functions or setup.contacts:
         return []
-    if len(times) < _FEWEST_POINTS:
+    if len(times) < 2:
         return []
     alone = run.drives_alone(times)
     (own,) = problem.mechanism.coordinates.rates_of(drives)
@@ -216,9 +211,7 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
         longest=setup.longest_step,
         crossings=crossings,
         stops=sorted({time for times in setup.kinks.values() for time in times}),
-        is_stiff=None
-        if following or setup.forces.is_nothing
-        else _judge(setup, system, unit, system.size),
+        is_stiff=None if setup.forces.is_nothing else _judge(setup, system, unit, system.size),
     )
     if following:
         integration.strictness = following.strictness
@@ -231,12 +224,12 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
 def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:
     """Return what judges whether equations with forces are stiff at a row."""
 
-    def is_stiff(time: float, y: Array, jacobian: Array, length: float) -> bool:
+    def is_stiff(time: float, y: Array, length: float) -> bool:
         def rates(row: Array) -> Array:
             return equations.derivative(time, row)
 
         tolerance = setup.atol * unit + setup.rtol * np.abs(y)
-        found = modes(rates, y, unit, tolerance, jacobian)
+        found = modes(rates, y, unit, tolerance)
         # Rates of positions are speeds.
         speed = float(np.max(np.abs(rates(y)[:size] / unit[:size]), initial=0.0))
         return limited(found, length, setup.duration - time, speed)
@@ -289,7 +282,7 @@ def _followed(
             failure = integration.advance()
             if failure is not None:
                 last = integration.points[-1]
-                failure = equations.boundless(*last[:3], _HARDLY_APART) or failure
+                failure = equations.boundless(*last[:3], NEARLY) or failure
                 failure += setup.forces.limits
                 break
             if contacts is not None:

@@ -45,25 +45,8 @@ class Uniform:
 
 
 @dataclass(frozen=True)
-class Spline:
-    """Motion along a spline.
-
-    Attributes:
-        position, speed, acceleration: functions of time.
-    """
-
-    position: Callable[[float], Any]
-    speed: Callable[[float], Any]
-    acceleration: Callable[[float], Any]
-
-    def __call__(self, time: float) -> tuple[float, float, float]:
-        """Return position, speed and acceleration."""
-        return float(self.position(time)), float(self.speed(time)), float(self.acceleration(time))
-
-
-@dataclass(frozen=True)
 class Written:
-    """Motion that a user's functions return.
+    """Motion that functions return, of a user or of a spline.
 
     Attributes:
         label: of messages.
@@ -205,7 +188,7 @@ def _spline(label: str, times: Any, positions: Any, duration: float) -> Motion:
             f"0 to {duration:g} s"
         )
     position = make_interp_spline(times, positions, k=5)
-    return Spline(position, position.derivative(1), position.derivative(2))
+    return Written(label, (position, position.derivative(1), position.derivative(2)))
 
 
 def _checked(motion: Written, duration: float) -> Written:

@@ -18,14 +18,12 @@ from ...kit.errors import ArgumentError
 from .crossings import notes_of_rounding, refuse_rounding
 from .events import Watched, watched
 from .forces import Forces, StateFunction, state_function
+from .integration import FINEST
 from .prescribed_motion import Written, begun_at, prescribed_motions
 from .progress import Progress
 from .recorded_contact import RecordedContact
 from .start_state import closed_start, drive_positions, rounding_of_speeds
 from .system import Motion
-
-_FINEST = 2.5e-14
-"""Least relative tolerance: below, steps cannot be judged in rounding arithmetic."""
 
 _BRIEFEST = float(np.finfo(float).tiny / EPS)
 """Least duration [s] whose smallest parts are numbers, and speed [rad/s or m/s] other than none."""
@@ -170,8 +168,8 @@ def setup_of(
             f"{_BRIEFEST:.2g} s"
         )
     rtol = positive("rtol", rtol)
-    if rtol < _FINEST:
-        raise ArgumentError(f"rtol is {rtol:g}, below rounding; the least is {_FINEST:g}")
+    if rtol < FINEST:
+        raise ArgumentError(f"rtol is {rtol:g}, below rounding; the least is {FINEST:g}")
     if rtol >= 1.0:
         raise ArgumentError(f"rtol is {rtol:g}; expected a fraction, such as 1e-10")
     motions, starts = prescribed_motions(problem.drives, problem.free, motion, duration)

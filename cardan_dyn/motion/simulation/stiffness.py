@@ -12,25 +12,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import EPS, Array
 
 Rates = Callable[[Array], Array]
 """Time derivative of a row."""
 
-_DIFFERENCE = 6e-6
-"""Relative step of central differences: the cube root of eps."""
 _EXCITED = 10.0
 """Amplitude of a mode, in tolerances, from which on steps have to follow it."""
 _FAST = 30.0
 """How much faster than all that is excited a mode has to be to make a system stiff."""
-_STABLE = 5.0
-"""Step of DOP853 times the frequency of a mode up to which it is stable."""
 _NEARLY = 2.0
 """Step of DOP853 times the frequency of a mode from which on it may be what limits the step."""
-_MANY = 300.0
-"""Steps that stability alone asks for, below which no other method is worth its price."""
 _SETTLING_STEPS = 8
-_NOISE = 1e-7
+_STRAIGHT = 0.1
+"""Part of a difference by which it is checked whether rates are straight over it, and greatest
+change of them by that, as a fraction."""
+_MANY = 1500.0
+"""Duration times the greatest rate below which no other method is worth its price: some five of it
+are a step of DOP853 that is stable."""
+_NOISE = np.sqrt(EPS)
 """Frequency of a mode, as a fraction of the greatest, that counts as zero: differences leave it."""
 
 
@@ -55,9 +55,38 @@ class Modes(NamedTuple):
         return np.asarray(self.amplitudes > _EXCITED)
 
 
-def modes(
-    rates: Rates, y: Array, unit: Array, tolerance: Array, jacobian: Array | None = None
-) -> Modes:
+def jacobian(rates: Rates, y: Array, unit: Array) -> Array:
+    """Return the derivatives `(n, n)` of rates, by differences.
+
+    Friction that sets in within a small part of the speeds has slopes that great differences do not
+    see: they are made finer until two of them agree; where none do, rounding is what they see.
+
+    Args:
+        rates: of the system.
+        y: the row `(n,)`.
+        unit: `(n,)` sizes of entries that differences are taken by at least.
+    """
+    rate = rates(y)
+    result = np.empty((y.size, y.size))
+
+    def column(index: int, difference: float) -> Array:
+        moved = y.copy()
+        moved[index] += difference
+        return (rates(moved) - rate) / (moved[index] - y[index])
+
+    for index, size in enumerate(np.maximum(np.abs(y), unit).tolist()):
+        difference = float(np.sqrt(EPS)) * size
+        result[:, index] = coarse = column(index, difference)
+        while (difference := _STRAIGHT * difference) > 2.0 * EPS * size:
+            fine = column(index, difference)
+            if np.max(np.abs(fine - coarse)) <= _STRAIGHT * np.max(np.abs(fine)):
+                result[:, index] = coarse
+                break
+            coarse = fine
+    return result
+
+
+def modes(rates: Rates, y: Array, unit: Array, tolerance: Array) -> Modes:
     """Return the modes about a row.
 
     Args:
@@ -65,15 +94,8 @@ def modes(
         y: the row `(n,)`.
         unit: `(n,)` sizes of entries that differences are taken by.
         tolerance: `(n,)` error that a step may have.
-        jacobian: `(n, n)` derivatives of the rates; by differences if None.
     """
-    if jacobian is None:
-        jacobian = np.empty((y.size, y.size))
-        for index in range(y.size):
-            step = np.zeros(y.size)
-            step[index] = _DIFFERENCE * max(abs(y[index]), unit[index])
-            jacobian[:, index] = (rates(y + step) - rates(y - step)) / (2.0 * step[index])
-    values, vectors = np.linalg.eig(jacobian)
+    values, vectors = np.linalg.eig(jacobian(rates, y, unit))
     shares = np.linalg.lstsq(vectors, rates(y).astype(complex), rcond=None)[0]
     sizes = np.abs(values)
     is_moving = sizes > _NOISE * np.max(sizes, initial=0.0)
@@ -125,7 +147,7 @@ def judged(found: Modes, duration: float, speed: float) -> Judgement:
     greatest = float(np.max(sizes, initial=0.0))
     excited = float(np.max(sizes[found.is_excited], initial=0.0))
     slow = max(float(np.max(sizes[sizes < greatest / _FAST], initial=0.0)), speed)
-    is_many = greatest * duration / _STABLE > _MANY
+    is_many = greatest * duration > _MANY
     is_stiff = is_many and excited * _FAST < greatest
     rings = found.is_excited & (np.abs(found.values.imag) > _FAST * max(slow, 1.0 / duration))
     fastest = float(np.max(np.abs(found.values.imag[rings]), initial=0.0))

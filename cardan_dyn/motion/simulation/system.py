@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.elements.stepping import Traced
+from ...core.kinematics.tolerances import SAFE_CORRECTION
 from ...kit.arrays import Array
 from ...kit.errors import SingularConfigurationError
 from .constrained_model import ConstrainedModel
 from .forces import Forces, Named
-from .free_balls import WithBalls
+from .free_balls import COINCIDE, WithBalls
 from .turning_model import turning_model
 
 Motion = Callable[[float], tuple[float, float, float]]
@@ -36,14 +37,6 @@ class State(NamedTuple):
     v: Array
     a: Array
     exist: Array
-
-
-_LOCKED = 1e-7
-"""Sine of the angle between outer axes of a ball up to which a moment of efforts about them has no
-digits left that steps could use."""
-_FARTHEST = 1e-2
-"""Greatest displacement [rad, or a fraction of the length] by which loops are closed that drifted
-open within a step: a greater one might end in another assembly mode."""
 
 
 class System:
@@ -170,7 +163,7 @@ class System:
             efforts += free.regular_moments(on_links)
         return efforts
 
-    def boundless(self, time: float, y: Array, turns: Array, apart: float = _LOCKED) -> str:
+    def boundless(self, time: float, y: Array, turns: Array, apart: float = COINCIDE) -> str:
         """Return why forces on a row have no bound; empty if they have one.
 
         Args:
@@ -243,7 +236,7 @@ class System:
             raise SingularConfigurationError(f"at time {time:.6g} s {error}") from error
         moved = ((closed - x) * self._scale).tolist()
         for part in moved:
-            if -_FARTHEST <= part <= _FARTHEST:
+            if -SAFE_CORRECTION <= part <= SAFE_CORRECTION:
                 continue
             farthest = float(np.max(np.abs(moved)))
             raise SingularConfigurationError(
@@ -292,13 +285,12 @@ class System:
         """Return the turns at the end of a part of a step, see `Equations`."""
         if self._free is None:
             return turns
-        places = self.unit(rows[0][: self.size]), self.unit(rows[1][: self.size])
-        rates = rows[0][self.size :], rows[1][self.size :]
 
-        def place(time: float) -> Array:
-            return self.unit(way(time)[: self.size])
+        def state(row: Array) -> tuple[Array, Array]:
+            return self.unit(row[: self.size]), row[self.size :]
 
-        return self._free.followed(turns, places, rates, ends, place)
+        states = state(rows[0]), state(rows[1])
+        return self._free.followed(turns, ends, states, lambda time: state(way(time)))
 
     def is_misread(self, y: Array, turns: Array) -> bool:
         """Return whether forces saw other angles at a step's end than those it led to."""

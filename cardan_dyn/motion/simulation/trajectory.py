@@ -23,7 +23,7 @@ from ...core.results.prescribed import MotionResult
 from ...core.results.sweep import Sweep
 from ...core.results.table import Table, Variable
 from ...core.results.wrench import JointWrench
-from ...kit.arrays import NOTHING, ROUNDED, Array
+from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ...kit.checks import numbers, whole
 from ...kit.errors import (
     AccuracyError,
@@ -37,6 +37,7 @@ from .contact_following import Touch
 from .continuity import Continuity, States
 from .energy import gained
 from .events import Happened
+from .free_balls import NEARLY
 from .runs import Rows, Run
 from .setup import Setup
 
@@ -54,8 +55,6 @@ _GREATEST_ERROR = 1e-6
 """Effort residual above which accelerations and wrenches are refused. Away from singular
 configurations it is rounding times the condition number."""
 
-_NEARLY_SINGULAR = 1e4
-"""Condition from which on wrong accelerations are those of a singular configuration."""
 
 _EXACT_TIMES = 33
 """Times up to a period, at most, between which exact states are compared first."""
@@ -67,16 +66,13 @@ _OF_STEPS = 100.0
 """Such a difference of steps, in relative tolerances."""
 _OF_ABSOLUTE = 10.0
 """Absolute tolerances of steps by which states may be off, however little they move."""
-_ROUNDED = 2e-15
-"""Error of a drive's position by which it may be off however little it moves [rad or m]."""
 
 
 _FAR_BEYOND = 1e3
-"""Energy residual, in tolerances of a step, above which notes tell of it..."""
-_FAINT = 1e-9
-"""...and the least residual of which they tell."""
-_STEPS_PER_PERIOD = 64
-"""Steps over which the power of a motion that repeats is integrated by Gauss's rule."""
+"""Energy residual, in tolerances of a step, above which notes tell of it."""
+PER_PERIOD = 64
+"""Times per turn or swing that a quadrature returns, and steps over which the power of a motion
+that repeats is integrated by Gauss's rule."""
 _ENERGIES = {
     "kinetic_energy": "kinetic energy of all bodies",
     "potential_energy": "potential energy of the weight and of springs",
@@ -189,7 +185,7 @@ class Course:
             start,
             tolerance=self.tolerance,
             is_exact=run.is_exact,
-            least=(off if closes_loops else _ROUNDED) / self.tolerance,
+            least=(off if closes_loops else 8.0 * EPS) / self.tolerance,
             period=run.period if run.period < run.times[-1] else np.inf,
         )
 
@@ -282,7 +278,7 @@ class Trajectory(MotionResult):
         is computed when notes are first read.
         """
         notes, course = self._course.notes, self._course
-        allowed = max(_FAR_BEYOND * course.rtol, _FAINT)
+        allowed = max(_FAR_BEYOND * course.rtol, NOTHING)
         if not np.isfinite(allowed):
             return notes
         is_all = np.array_equal(self.time, self._run.times)
@@ -490,7 +486,7 @@ class Trajectory(MotionResult):
             if not np.any(lost):
                 break
             error = part._wrong_accelerations(sweep, errors)
-            is_near = lost & ((sweep.condition > _NEARLY_SINGULAR) | part._locked)
+            is_near = lost & ((sweep.condition * NEARLY > 1.0) | part._locked)
             if np.any(lost & ~is_near) or sweep.idle_rods:
                 raise error
             singular[known[is_near]] = True
@@ -504,7 +500,7 @@ class Trajectory(MotionResult):
         """Whether outer axes of a free ball nearly coincide `(N,)`: angles have no rates."""
         locked, bodies = np.zeros(len(self), dtype=bool), self._rows.bodies
         for ball in bodies.mechanism.balls if bodies else ():
-            locked |= np.array([ball.apart(x) for x in self._rows.x]) * _NEARLY_SINGULAR < 1.0
+            locked |= np.array([ball.apart(x) for x in self._rows.x]) < NEARLY
         return locked
 
     def _is_closed(self, index: int) -> bool:
@@ -672,7 +668,7 @@ class Trajectory(MotionResult):
         steps, times, period = self._run.times, self.time, self._run.period
         if steps[-1] > period:
             # No work is left of a whole period, and one is resolved however many there are.
-            steps, times = np.linspace(0.0, period, _STEPS_PER_PERIOD + 1), times % period
+            steps, times = np.linspace(0.0, period, PER_PERIOD + 1), times % period
         is_idle = self._forces.does_no_work and not self._prescribed
         return read_only(gained(self._power, steps, times, is_idle))
 

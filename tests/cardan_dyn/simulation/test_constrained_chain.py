@@ -64,12 +64,12 @@ def test_it_closes_and_moves_as_it_is_told(second: ConstrainedChain) -> None:
 def test_what_does_not_converge_is_not_returned(
     second: ConstrainedChain, monkeypatch: pytest.MonkeyPatch, way: str
 ) -> None:
-    """A single step of Newton's method leaves the square of what loops are open by."""
+    """Before its first step, Newton's method leaves what loops are open by."""
     module = "closed_directions" if way == "rank" else "constrained_model"
     x, v = np.array([1e-3, -2e-3, 3e-3, 1e-3]), np.array([1.0, 0.2, 0.3, -0.4])
     closed, _ = second.closed(x, v)
     assert second.closure_error(closed) < 1e-14
-    monkeypatch.setattr(f"cardan_dyn.motion.simulation.{module}._MOST_STEPS", 1)
+    monkeypatch.setattr(f"cardan_dyn.motion.simulation.{module}.MOST_STEPS", 1)
     close = second._by_rank.closed if way == "rank" else second.closed
     with pytest.raises(cd.SingularConfigurationError, match=r"closing them leaves \d"):
         close(x, v)
