@@ -36,7 +36,6 @@ from ..description.description import (
     Dynamics,
     JointDescription,
     JointOrLoop,
-    Limits,
     LoopDescription,
     elementary,
     placed_links,
@@ -152,7 +151,7 @@ def _joint(joint: JointDescription, displacement: Array, values: Array) -> Joint
     limits = joint.limits
     if len(values) == 1:
         start = float(values[0])
-        limits = Limits(limits.lower - start, limits.upper - start, limits.velocity, limits.effort)
+        limits = replace(limits, lower=limits.lower - start, upper=limits.upper - start)
     return replace(
         joint,
         origin=joint.origin @ displacement,

@@ -37,14 +37,15 @@ def exceeded(sweep: Any) -> tuple[str, ...]:
 
     These are positions of all joints, and efforts of drives, of what is held and of actuated
     joints. An angle is the same after a turn; limits of zero for efforts are none, as URDF requires
-    some. Speeds are not judged.
+    some. Speeds are not judged. What is beyond by rounding of the greatest values is not.
     """
     found = []
     for what, values, low, high, unit in _limited(sweep):
         flat = np.ravel(np.broadcast_to(values, sweep.shape))
         over = np.nan_to_num(np.maximum(flat - high, low - flat), nan=-np.inf)
         worst = int(over.argmax()) if over.size else 0
-        if over.size and over[worst] > NOTHING * max(abs(low), abs(high)):
+        sizes = np.nan_to_num(np.abs([low, high, *flat]), nan=0.0, posinf=0.0)
+        if over.size and over[worst] > NOTHING * sizes.max():
             value = float(flat[worst])
             limit, most = amount(high if value > high else low, unit), amount(value, unit)
             found.append(f"exceeds {what} ({limit}): {most} at {_at(sweep, worst)}")
@@ -65,12 +66,12 @@ def _limited(sweep: Any) -> Iterator[tuple[str, Array, float, float, str]]:
         near = values - turn * np.round((values - middle) / turn)
         low, high = float(np.degrees(low)), float(np.degrees(high))
         yield f"limit of {name}", np.degrees(near), low, high, "°"
-    stated = {item.name: item.limits.effort for item in sweep.mechanism.description.joints}
+    stated = {item.name: item.limits.efforts for item in sweep.mechanism.description.joints}
     for name, values in _efforts(sweep).items():
-        limit = stated.get(name, np.inf)
-        if 0.0 < limit < np.inf:
+        least, greatest = stated.get(name, UNLIMITED)
+        if least < greatest and (least, greatest) != UNLIMITED:
             unit = sweep.mechanism.drivable[name].effort_unit
-            yield f"effort limit of {name}", values, -limit, limit, unit
+            yield f"effort limit of {name}", values, least, greatest, unit
 
 
 def _efforts(sweep: Any) -> dict[str, Array]:
