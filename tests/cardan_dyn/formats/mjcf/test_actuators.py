@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -107,3 +108,77 @@ def test_actuators_that_act_along_no_joint_are_told() -> None:
     text = slider('<motor name="jet" site="s"/>').replace("<inertial", '<site name="s"/><inertial')
     (told,) = (line for line in read(text).warnings if "actuator" in line)
     assert told.endswith("efforts of 1 actuator (jet) left out: they act along no joint alone")
+
+
+GEAR = """<mujoco model="gear"><option gravity="0 0 -9.81"/><worldbody><site name="eye"
+pos="1 0 0"/><body name="b"><joint name="second" axis="0 1 0"/><inertial pos="0 0 1" mass="2"
+diaginertia="1 1 1"/><body name="c" pos="0 0 2"><joint name="first" type="ball"/><inertial pos="0 0 1" mass="1"
+diaginertia="1 1 1"/></body></body>
+<body name="a"><joint name="ram" type="slide" axis="0 0 1"/><inertial pos="0 0 0" mass="3"
+diaginertia="1 1 1"/></body></worldbody>
+<equality><joint name="link" joint1="second" joint2="ram" polycoef="0 2 0 0 0"/></equality>
+<actuator><motor name="retract" joint="ram" gear="15000" ctrlrange="-1 1" forcerange="-0.4 0.6"/>
+</actuator><keyframe><key name="up" qpos="0.5 0.6 0 0.8 0 0.25"/></keyframe></mujoco>"""
+
+
+def test_actuators_keyframes_and_sites_are_written_in_their_order(tmp_path: Path) -> None:
+    mechanism = cd.load(GEAR)
+    path = cd.write(mechanism, tmp_path / "gear.xml")
+    first, again = (mujoco.MjModel.from_xml_string(text) for text in (GEAR, path.read_text()))
+    np.testing.assert_allclose(again.key_qpos, first.key_qpos, rtol=0, atol=1e-15)
+    for name in ("gear", "ctrlrange", "forcerange"):
+        np.testing.assert_array_equal(
+            *(getattr(model, f"actuator_{name}") for model in (first, again))
+        )
+    assert [again.joint(k).name for k in range(3)] == ["second", "first", "ram"]
+    assert (again.actuator(0).name, again.key(0).name) == ("retract", "up")
+    np.testing.assert_array_equal(again.site("eye").pos, [1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(again.jnt_actfrclimited, 0)
+    assert cd.load(path).description == mechanism.description
+
+
+def test_keyframes_count_from_where_the_zero_is_put(tmp_path: Path) -> None:
+    """Bodies stand where they stood in the keyframe, whatever counts as zero."""
+    path = cd.write(cd.load(GEAR), tmp_path / "up.xml", at="up")
+    first, again = (mujoco.MjModel.from_xml_string(text) for text in (GEAR, path.read_text()))
+    np.testing.assert_allclose(again.key_qpos, [[0, 1, 0, 0, 0, 0]], rtol=0, atol=1e-12)
+    placed = []
+    for model in (first, again):
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        mujoco.mj_kinematics(model, data)
+        placed.append([data.body(name).xmat for name in "abc"])
+    np.testing.assert_allclose(*placed, rtol=0, atol=1e-12)
+
+
+def test_what_a_notation_has_no_word_for_is_told(tmp_path: Path) -> None:
+    mechanism = cd.load(GEAR, forces={"link": "none"})
+    with pytest.warns(UserWarning, match="no word for it: forces of coupling 'link'$"):
+        cd.write(mechanism, tmp_path / "gear.xml")
+    told = "keyframe 'up'; frame 'eye'; actuator 'retract'; gravity$"
+    with pytest.warns(UserWarning, match=told):
+        path = cd.write(mechanism, tmp_path / "gear.urdf")
+    written = {joint.name: joint for joint in cd.load(path).description.joints}
+    assert written["ram"].limits.efforts == (-6000.0, 9000.0)
+
+
+def test_servos_become_motors_which_is_told(tmp_path: Path) -> None:
+    text = slider('<position name="p" joint="ram" kp="1e6" forcerange="-60 90"/>')
+    with pytest.warns(UserWarning, match="law of actuator 'p', which is a motor now"):
+        path = cd.write(cd.load(text), tmp_path / "slider.xml")
+    assert exerted(path.read_text()) == (-60.0, 90.0)
+
+
+def test_a_file_without_words_for_forces_of_couplings_is_given_them() -> None:
+    given = {"drive": "ram", "held": {"first": [0, 0, 0, 1]}, "gravity": "description"}
+    with pytest.raises(cd.IndeterminateError, match=r"load\(\.\.\., forces="):
+        cd.Scene(cd.load(GEAR), strict=True, **given).sweep([0.1])
+    silent = cd.load(GEAR, forces={"link": "none"})
+    found = cd.Scene(silent, strict=True, **given).sweep([0.1])
+    # By virtual work: 3 kg up, and 2 kg and 1 kg at 1 m and 3 m that turn twice as far.
+    by_hand = 9.81 * (3.0 - 2.0 * (2.0 * 1.0 + 1.0 * 3.0) * np.sin(0.2))
+    np.testing.assert_allclose(found.drive_effort, by_hand, rtol=1e-12)
+    with pytest.raises(cd.ArgumentError, match="no coupling 'lnk'; couplings: link"):
+        cd.load(GEAR, forces={"lnk": "none"})
+    with pytest.raises(cd.ModelError, match="forces 'teeth' is unknown"):
+        cd.load(GEAR, forces={"link": "teeth"})
