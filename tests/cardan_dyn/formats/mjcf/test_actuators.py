@@ -112,7 +112,8 @@ def test_actuators_that_act_along_no_joint_are_told() -> None:
 
 GEAR = """<mujoco model="gear"><option gravity="0 0 -9.81"/><worldbody><site name="eye"
 pos="1 0 0"/><body name="b"><joint name="second" axis="0 1 0"/><inertial pos="0 0 1" mass="2"
-diaginertia="1 1 1"/><body name="c" pos="0 0 2"><joint name="first" type="ball"/><inertial pos="0 0 1" mass="1"
+diaginertia="1 1 1"/><body name="c" pos="0 0 2"><joint name="first"
+type="ball"/><inertial pos="0 0 1" mass="1"
 diaginertia="1 1 1"/></body></body>
 <body name="a"><joint name="ram" type="slide" axis="0 0 1"/><inertial pos="0 0 0" mass="3"
 diaginertia="1 1 1"/></body></worldbody>
@@ -182,3 +183,15 @@ def test_a_file_without_words_for_forces_of_couplings_is_given_them() -> None:
         cd.load(GEAR, forces={"lnk": "none"})
     with pytest.raises(cd.ModelError, match="forces 'teeth' is unknown"):
         cd.load(GEAR, forces={"link": "teeth"})
+
+
+def test_resting_beyond_limits_is_told() -> None:
+    """2 kg on a spring of 1 kN/m sink 19.62 mm, where 15 mm are allowed."""
+    text = slider("", ' range="-0.015 0.1" stiffness="1000"').replace("<actuator></actuator>", "")
+    mechanism = cd.load(text)
+    scene = cd.Scene(
+        mechanism, free=["ram"], gravity=(0, 0, -9.81), elements=cd.described_elements(mechanism)
+    )
+    rest = scene.equilibrium()
+    np.testing.assert_allclose(rest.position, -0.01962, rtol=1e-9)
+    assert "exceeds limit of ram (-15 mm): -19.62 mm" in repr(rest)
