@@ -40,6 +40,7 @@ OFFERED = {
         "bound",
         "check_size",
         "check_unique",
+        "ends_of",
         "file_text",
         "name_of",
         "numbers",

@@ -478,13 +478,11 @@ class _Chain:
         ends = inverse(self._reached) @ place, frame @ _placed(_UNTURNED, point)
         name = unique(f"{self.joints[0].name} follower", taken)
         self.loop = LoopDescription(name, closing, self._last, link, *ends, axis, axis)
-        taken.add(name)
 
     def _add(self, kind: str, axis: str, name: str) -> str:
         """Add a joint about or along an axis, and a link behind it; return its name."""
         name = unique(f"{self._link}.{name}", self._taken)
         child = unique(f"{name} carriage", self._taken)
-        self._taken |= {name, child}
         unit = np.eye(3)[_AXES.index(axis)]
         self.joints.append(JointDescription(name, kind, self._last, child, self._at, unit, unit))
         self._last, self._at = child, np.eye(4)

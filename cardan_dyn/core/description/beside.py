@@ -43,6 +43,7 @@ from .elements import (
     at_point,
     check_unique,
     direction,
+    ends_of,
     file_text,
     names,
     numbers,
@@ -338,9 +339,9 @@ def _frames(robot: Element) -> dict[str, set[str]]:
     """
     frames = {link.get("name", ""): {link.get("name", "")} for link in robot.findall("link")}
     for joint in robot.findall("joint"):
-        child = joint.find("child")
-        if child is not None:
-            frames.setdefault(joint.get("name", ""), set()).add(child.get("link", ""))
+        _, child = ends_of(joint)
+        if child:
+            frames.setdefault(joint.get("name", ""), set()).add(child)
     return frames
 
 
@@ -393,12 +394,11 @@ def placements_at_zero(robot: Element, where: str) -> dict[str, Array]:
     Links that no chain of joints connects to a root, which the check of the tree refuses later, are
     at the root.
     """
-    joints = []
-    for joint in robot.findall("joint"):
-        ends = [joint.find(tag) for tag in ("parent", "child")]
+    joints = [
         # The reader of joints says what is missing.
-        parent, child = ("" if end is None else end.get("link", "") for end in ends)
-        joints.append((parent, child, placement(joint, f"{where}: joint {joint.get('name')!r}")))
+        (*ends_of(joint), placement(joint, f"{where}: joint {joint.get('name')!r}"))
+        for joint in robot.findall("joint")
+    ]
     return placed_links([link.get("name", "") for link in robot.findall("link")], joints)
 
 

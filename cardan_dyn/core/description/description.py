@@ -6,11 +6,11 @@ whatever notation they were read from: `==` compares contents, arrays included, 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -62,6 +62,11 @@ class SourceText(Source):
     path: Path | None
     beside: str | bytes = ""
     model: str | None = None
+
+    @property
+    def folder(self) -> Path | None:
+        """Where the file is; None for text."""
+        return None if self.path is None else self.path.parent
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -232,6 +237,9 @@ class JointDescription(_TwoAxes):
     dynamics: Dynamics = field(default_factory=Dynamics)
     armature: tuple[float, ...] = ()
 
+    ENDS: ClassVar = (("parent", "origin"),)
+    """Names of its fields: a link, and the placement of the joint's frame in that."""
+
     def __repr__(self) -> str:
         return f"<JointDescription {self.name!r}: {self.type}, {self.parent!r} -> {self.child!r}>"
 
@@ -262,6 +270,12 @@ class LoopDescription(_TwoAxes):
     axis_2: Array = field(default_factory=lambda: X_AXIS)
     dynamics: Dynamics = field(default_factory=Dynamics)
     armature: tuple[float, ...] = ()
+
+    ENDS: ClassVar = (
+        ("predecessor", "predecessor_origin"),
+        ("successor", "successor_origin"),
+    )
+    """See `JointDescription.ENDS`."""
 
     def __repr__(self) -> str:
         ends = f"{self.predecessor!r} -> {self.successor!r}"
@@ -426,9 +440,9 @@ class Description(Value):
                 displacement in the frame's own axes [m].
         """
         frames = {
-            **{(joint.name, False): joint.origin for joint in self.joints},
-            **{(loop.name, False): loop.predecessor_origin for loop in self.loops},
-            **{(loop.name, True): loop.successor_origin for loop in self.loops},
+            (item.name, bool(end)): getattr(item, field)
+            for item in self.joints_and_loops
+            for end, (_, field) in enumerate(item.ENDS)
         }
         changed = tuple(Displacement(*key, matrix, frames[key]) for key, matrix in by.items())
         frames.update({(*item[:2],): item.before @ item.matrix for item in changed})
@@ -442,22 +456,17 @@ class Description(Value):
         self, frames: Mapping[tuple[str, bool], Array], changed: tuple[Displacement, ...]
     ) -> Description:
         """Return the description with some frames elsewhere, and what was changed about them."""
-        return replace(
-            self,
-            joints=tuple(
-                replace(joint, origin=frames.get((joint.name, False), joint.origin))
-                for joint in self.joints
-            ),
-            loops=tuple(
-                replace(
-                    loop,
-                    predecessor_origin=frames.get((loop.name, False), loop.predecessor_origin),
-                    successor_origin=frames.get((loop.name, True), loop.successor_origin),
-                )
-                for loop in self.loops
-            ),
-            displacements=changed,
-        )
+
+        def moved(item: Any) -> Any:
+            ends = (((item.name, bool(end)), field) for end, (_, field) in enumerate(item.ENDS))
+            return replace(item, **{field: frames[end] for end, field in ends if end in frames})
+
+        return self.with_each(moved, displacements=changed)
+
+    def with_each(self, change: Callable[[Any], Any], **more: Any) -> Description:
+        """Return the description with every joint and loop as changed, and other fields."""
+        joints, loops = (tuple(map(change, items)) for items in (self.joints, self.loops))
+        return replace(self, joints=joints, loops=loops, **more)
 
     def with_types(self, types: Mapping[str, str]) -> Description:
         """Return the description in which some joints and loops are of other types.
@@ -470,16 +479,12 @@ class Description(Value):
             if item.name not in types:
                 return item
             kind = types[item.name]
-            kept = at_last_parts(item.armature, kind)
-            found = replace(item, type=kind, dynamics=Dynamics(), armature=kept)
+            rotors = at_last_parts(item.armature, kind)
+            found = replace(item, type=kind, dynamics=Dynamics(), armature=rotors)
             return found if isinstance(item, LoopDescription) else replace(found, limits=Limits())
 
-        return replace(
-            self,
-            joints=tuple(map(changed, self.joints)),
-            loops=tuple(map(changed, self.loops)),
-            independent_joints=tuple(name for name in self.independent_joints if name not in types),
-        )
+        kept = tuple(name for name in self.independent_joints if name not in types)
+        return self.with_each(changed, independent_joints=kept)
 
     @property
     def joints_and_loops(self) -> tuple[JointOrLoop, ...]:

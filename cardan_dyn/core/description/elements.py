@@ -215,11 +215,12 @@ def check_unique(names: list[str], what: str, where: str) -> None:
 
 
 def unique(name: str, taken: set[str]) -> str:
-    """Return a name that is not taken: `name`, or `name` with the first free number behind it."""
+    """Return a name that was not taken, and is then: `name`, if need be with a number behind it."""
     candidate, count = name, 1
     while candidate in taken:
         count += 1
         candidate = f"{name}_{count}"
+    taken.add(candidate)
     return candidate
 
 
@@ -251,6 +252,14 @@ def link_of(element: Element, tag: str, links: Collection[str], at: str) -> str:
     if child is None or not child.get("link"):
         raise ModelError(f'{at}: <{tag} link="..."/> is missing')
     return one_of(child.get("link"), links, f"{tag} link", at)
+
+
+def ends_of(joint: Element) -> tuple[str, str]:
+    """Return the links that a joint's text names as parent and child; empty where it names none."""
+    parent, child = (
+        "" if end is None else end.get("link", "") for end in map(joint.find, ("parent", "child"))
+    )
+    return parent, child
 
 
 def numbers(text: str | None, count: int, default: str, at: str) -> Array:

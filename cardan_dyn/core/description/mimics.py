@@ -52,7 +52,6 @@ def mimics(
         if joint in at_rest or joint in solved:
             continue
         name = mimic.get("name") or unique(default_name(joint), names)
-        names.add(name)
         result.append(_mimic(name, joint, mimic, known, f"{where}: joint {joint!r}: <mimic>"))
     check_mimics(result, where)
     decided = [joint for joint in stated if joint in solved and joint not in at_rest]

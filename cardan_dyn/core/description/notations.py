@@ -31,7 +31,7 @@ from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
 from .beside import Beside
 from .description import GUESTS, LoopDescription
-from .elements import NOTATIONS, loop, placement
+from .elements import NOTATIONS, ends_of, loop, placement
 
 _CLOSING_FRAME = re.compile(r"(closing_.+)_([12])")
 """Name of a frame: that of its mate, and which side it is on."""
@@ -135,10 +135,9 @@ def _fixed_links(robot: Element, where: str) -> dict[str, tuple[str, Array]]:
     """Return links that fixed joints attach to others: to these, `(4, 4)` placement there."""
     frames = {}
     for joint in robot.findall("joint"):
-        parent, child = joint.find("parent"), joint.find("child")
-        if joint.get("type") == "fixed" and parent is not None and child is not None:
-            origin = placement(joint, f"{where}: joint {joint.get('name')!r}")
-            frames[child.get("link", "")] = parent.get("link", ""), origin
+        if joint.get("type") == "fixed":
+            parent, child = ends_of(joint)
+            frames[child] = parent, placement(joint, f"{where}: joint {joint.get('name')!r}")
     return frames
 
 

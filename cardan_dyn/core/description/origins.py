@@ -68,13 +68,11 @@ class Origin(NamedTuple):
 
 def places_of(description: Description) -> dict[str, tuple[JointOrLoop, str, str]]:
     """Return the joints and loops to carrier and field of an `Origin`, by the names of places."""
-    places: dict[str, tuple[JointOrLoop, str, str]] = {
-        item.name: (item, "parent", "origin") for item in description.joints
+    return {
+        item.name if carrier == "parent" else f"{item.name}.{carrier}": (item, carrier, field)
+        for item in description.joints_and_loops
+        for carrier, field in item.ENDS
     }
-    for loop in description.loops:
-        for end in ("predecessor", "successor"):
-            places[f"{loop.name}.{end}"] = loop, end, f"{end}_origin"
-    return places
 
 
 def origin_of(description: Description, name: str) -> Origin:
@@ -160,21 +158,16 @@ def _opened(description: Description, origin: Origin) -> Description:
 def without_origins(description: Description) -> Description:
     """Return the description in which no length or angle is a joint, with all at zero."""
     between = {item.name: item for item in description.joints if item.name in description.origins}
-    for item in description.joints_and_loops:
-        if item.name in between:
-            continue
-        for carrier, field in (
-            ("parent", "origin"),
-            ("predecessor", "predecessor_origin"),
-            ("successor", "successor_origin"),
-        ):
-            carried = item
-            while (link := getattr(carried, carrier, None)) in between:
+
+    def at_zero(item: Any) -> Any:
+        for carrier, field in item.ENDS:
+            while (link := getattr(item, carrier)) in between:
                 moving = between[link]
-                placed = moving.origin @ getattr(carried, field)
-                carried = replace(carried, **{carrier: moving.parent, field: placed})
-            if carried is not item:
-                description, item = _with(description, carried), carried
+                placed = moving.origin @ getattr(item, field)
+                item = replace(item, **{carrier: moving.parent, field: placed})
+        return item
+
+    description = description.with_each(at_zero)
     return replace(
         description,
         links=tuple(item for item in description.links if item.name not in between),
@@ -186,6 +179,4 @@ def without_origins(description: Description) -> Description:
 
 def _with(description: Description, changed: JointOrLoop) -> Description:
     """Return a description with a joint or loop in place of that of its name."""
-    kind = "joints" if isinstance(changed, JointDescription) else "loops"
-    items = (changed if item.name == changed.name else item for item in getattr(description, kind))
-    return replace(description, **{kind: tuple(items)})  # type: ignore[arg-type]
+    return description.with_each(lambda item: changed if item.name == changed.name else item)

@@ -61,29 +61,18 @@ def _with_added(description: Description) -> Description:
     """Return a description with the numbers of its source and of what was added to it."""
     stated = {item.attrib["name"]: item for item in fromstring(description.added)}
 
-    def element(item: LoopDescription | CouplingDescription) -> Element | None:
-        follows = isinstance(item, CouplingDescription) and item.of_joints
-        return stated.get(item.successor if follows else item.name)
-
-    items = (description.loops, description.couplings)
-    kept = _reread(
-        replace(
-            description,
-            loops=tuple(item for item in description.loops if element(item) is None),
-            couplings=tuple(item for item in description.couplings if element(item) is None),
-        )
-    )
-    return replace(
-        kept,
-        loops=(
-            *kept.loops,
-            *(_loop(item, of) for item in items[0] if (of := element(item)) is not None),
-        ),
-        couplings=(
-            *kept.couplings,
-            *(_coupling(item, of) for item in items[1] if (of := element(item)) is not None),
-        ),
-    )
+    before: dict[str, Any] = {"loops": (), "couplings": ()}
+    added: dict[str, Any] = {"loops": (), "couplings": ()}
+    for kind, read in (("loops", _loop), ("couplings", _coupling)):
+        for item in getattr(description, kind):
+            follows = getattr(item, "of_joints", False)
+            element = stated.get(item.successor if follows else item.name)
+            if element is None:
+                before[kind] += (item,)
+            else:
+                added[kind] += (read(item, element),)
+    kept = _reread(replace(description, **before))
+    return replace(kept, **{kind: getattr(kept, kind) + items for kind, items in added.items()})
 
 
 def _by(guest: str) -> Any:

@@ -21,7 +21,7 @@ import warnings
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
@@ -30,7 +30,7 @@ from ...kit.arrays import Array
 from ...kit.checks import file_path, writing
 from ...kit.errors import ArgumentError, ModelError
 from .coupled_forces import forces_words
-from .description import GUESTS, TWO_AXES
+from .description import GUESTS, TWO_AXES, JointDescription
 from .elements import (
     DYNAMICS_WORDS,
     LOOP_TYPES,
@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from .description import (
         CouplingDescription,
         Description,
-        JointDescription,
         JointOrLoop,
         Limits,
         LinkDescription,
@@ -160,28 +159,20 @@ def with_links_at_joints(description: Description) -> Description:
     if not moved:
         return description
 
-    def at_joint(link: str, origin: Array) -> Array:
-        return moved[link] @ origin if link in moved else origin
+    def at_joints(item: Any) -> Any:
+        placed = {
+            field: moved[link] @ getattr(item, field)
+            for carrier, field in item.ENDS
+            if (link := getattr(item, carrier)) in moved
+        }
+        if isinstance(item, JointDescription):
+            placed["child_placement"] = np.eye(4)
+        return replace(item, **placed)
 
-    return replace(
-        description,
-        links=tuple(
-            link.seen_in(moved[link.name]) if link.name in moved else link
-            for link in description.links
-        ),
-        joints=tuple(
-            replace(joint, origin=at_joint(joint.parent, joint.origin), child_placement=np.eye(4))
-            for joint in description.joints
-        ),
-        loops=tuple(
-            replace(
-                loop,
-                predecessor_origin=at_joint(loop.predecessor, loop.predecessor_origin),
-                successor_origin=at_joint(loop.successor, loop.successor_origin),
-            )
-            for loop in description.loops
-        ),
+    links = tuple(
+        link.seen_in(moved[link.name]) if link.name in moved else link for link in description.links
     )
+    return description.with_each(at_joints, links=links)
 
 
 def _in_order_of_drives(description: Description) -> list[JointDescription]:
@@ -283,11 +274,9 @@ def _write_loop(robot: Element, loop: LoopDescription) -> None:
     at = f"loop {loop.name!r}"
     one_of(loop.type, LOOP_TYPES, "type", at, "cannot be written")
     element = SubElement(robot, "loop", name=loop.name, type=loop.type)
-    for side, link, origin in (
-        ("predecessor", loop.predecessor, loop.predecessor_origin),
-        ("successor", loop.successor, loop.successor_origin),
-    ):
-        write_origin(SubElement(element, side, link=link), origin, at)
+    for side, origin in loop.ENDS:
+        end = SubElement(element, side, link=getattr(loop, side))
+        write_origin(end, getattr(loop, origin), at)
     _write_axes(element, loop)
     _write_dynamics(element, loop)
 

@@ -5,48 +5,37 @@ Second readings find that out, each in its own way; no first reading uses it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any, TypeVar
 
 import numpy as np
 
-from ...core.description.description import JointDescription, LinkDescription, LoopDescription
+from ...core.description.description import JointDescription, JointOrLoop, LinkDescription
 from ...kit.arrays import Array
 
+_Item = TypeVar("_Item", bound=JointOrLoop)
 
-def joint_at(
-    joint: JointDescription, frame: Array, links: Mapping[str, Array], *axes: Array
-) -> JointDescription:
-    """Return a joint with other numbers.
+
+def placed_at(
+    item: _Item, frames: Sequence[Array], links: Mapping[str, Array], *axes: Array
+) -> _Item:
+    """Return a joint or loop with other numbers.
 
     Args:
-        joint: what is known of it.
-        frame: `(4, 4)` placement of its frame in the world [m].
+        item: what is known of it.
+        frames: `(4, 4)` placements of its frame in the world [m], of a loop at both ends.
         links: those of links by name.
         axes: `(3,)` its axes in its frame; none where they stay.
     """
-    axes = axes or (joint.axis, joint.axis_2)
-    return replace(
-        joint,
-        origin=np.linalg.solve(links[joint.parent], frame),
-        child_placement=np.linalg.solve(frame, links[joint.child]),
-        axis=axes[0],
-        axis_2=axes[-1],
-    )
-
-
-def loop_at(
-    loop: LoopDescription, ends: tuple[Array, Array], links: Mapping[str, Array], *axes: Array
-) -> LoopDescription:
-    """Return a loop with other numbers, from its frames at both ends; see `joint_at`."""
-    axes = axes or (loop.axis, loop.axis_2)
-    return replace(
-        loop,
-        predecessor_origin=np.linalg.solve(links[loop.predecessor], ends[0]),
-        successor_origin=np.linalg.solve(links[loop.successor], ends[1]),
-        axis=axes[0],
-        axis_2=axes[-1],
-    )
+    axes = axes or (item.axis, item.axis_2)
+    placed: dict[str, Any] = {
+        field: np.linalg.solve(links[getattr(item, link)], frame)
+        for (link, field), frame in zip(item.ENDS, frames, strict=True)
+    }
+    if isinstance(item, JointDescription):
+        placed["child_placement"] = np.linalg.solve(frames[0], links[item.child])
+    return replace(item, **placed, axis=axes[0], axis_2=axes[-1])
 
 
 def link_in(name: str, mass: float, frame: Array, tensor: Array) -> LinkDescription:

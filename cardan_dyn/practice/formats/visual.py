@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -12,25 +14,20 @@ from ...core.description.elements import numbers
 from ...kit.arrays import Array
 from ...kit.errors import ModelError
 
-SIZES = {
-    "box": "three edges",
-    "cylinder": "radius and length along z",
-    "capsule": "radius, and length along z between the centres of its ends",
-    "sphere": "radius",
-    "ellipsoid": "three radii",
-    "plane": "two edges, 0 for one without end",
-    "mesh": "nothing; its file says it",
-}
-"""Kinds of visuals, and what their size lists."""
-_STATED = {
+SIZES: dict[str, dict[str, int]] = {
     "box": {"size": 3},
-    "sphere": {"radius": 1},
     "cylinder": {"radius": 1, "length": 1},
     "capsule": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
     "ellipsoid": {"radii": 3},
     "plane": {"size": 2},
+    "mesh": {},
 }
-"""What states the size of a kind of shape, and how many numbers that has."""
+"""Kinds of visuals to what states their size, and how many numbers that has.
+
+Lengths are along z, that of a capsule between the centres of its ends. A plane without end has the
+size 0; that of a mesh is in its file.
+"""
 Rgba = tuple[float, float, float, float]
 
 
@@ -64,23 +61,38 @@ class Visual:
 
 
 def read_each(
-    items: Iterable[tuple[str, str]], reader: Callable[[int], Visual | None]
+    items: Iterable[tuple[str, str, Callable[[], Visual | None]]],
 ) -> tuple[list[Visual], list[str]]:
-    """Return what a reader makes of each item, and messages about those that it refuses.
+    """Return visuals, and messages about those that are refused.
 
     Args:
-        items: link and name of each visual.
-        reader: gets the index of an item; None for what is not to be seen.
+        items: of each the link, its name, and what reads it; None for what is not to be seen.
     """
     found, messages = [], []
-    for index, (link, name) in enumerate(items):
+    for link, name, read in items:
         try:
-            visual = reader(index)
+            visual = read()
         except ModelError as error:
             messages.append(f"link {link!r}: {name} is not drawn: {error}")
         else:
             found += [] if visual is None else [visual]
     return found, messages
+
+
+def read_in_links(
+    model: Element, read: Callable[[str, Element], Visual | None]
+) -> tuple[list[Visual], list[str]]:
+    """Return what is read of each `<visual>` in the links of a model, see `read_each`."""
+    return read_each(
+        (
+            name,
+            f"visual {own!r}" if (own := visual.get("name")) else "a visual",
+            partial(read, name, visual),
+        )
+        for link in model.findall("link")
+        for name in [link.get("name", "")]
+        for visual in link.findall("visual")
+    )
 
 
 def sizes_of(
@@ -94,7 +106,7 @@ def sizes_of(
         at: how messages name the shape.
         mark: between that and the name of a size.
     """
-    for name, count in _STATED[kind].items():
+    for name, count in SIZES[kind].items():
         yield name, numbers(word(name), count, "", f"{at}{mark}{name}")
 
 

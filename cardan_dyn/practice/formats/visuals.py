@@ -6,6 +6,7 @@ A visual that cannot be read is left out with a message: no wrench depends on it
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from xml.etree.ElementTree import Element, fromstring
@@ -13,7 +14,7 @@ from xml.etree.ElementTree import Element, fromstring
 from ...core.description.description import Description
 from ...core.description.elements import only, placement
 from ...kit.errors import ModelError, choices
-from .visual import SIZES, Rgba, Visual, read_each, rgba, shape_of
+from .visual import SIZES, Rgba, Visual, read_in_links, rgba, shape_of
 
 
 def visuals_of(description: Description) -> tuple[list[Visual], list[str]]:
@@ -26,36 +27,26 @@ def visuals_of(description: Description) -> tuple[list[Visual], list[str]]:
             source
         )
         return read
-    return _of_urdf(fromstring(source.text), source.path)
+    return _of_urdf(fromstring(source.text), source.folder)
 
 
-def _of_urdf(robot: Element, path: Path | None) -> tuple[list[Visual], list[str]]:
-    items = [
-        (link.get("name", ""), visual)
-        for link in robot.findall("link")
-        for visual in link.findall("visual")
-    ]
+def _of_urdf(robot: Element, folder: Path | None) -> tuple[list[Visual], list[str]]:
     # A material is known by its name wherever it stands; those of the robot come first.
     materials: dict[str, Element] = {}
     for element in (
         *robot.findall("material"),
-        *(item for _, visual in items for item in visual.findall("material")),
+        *robot.findall("link/visual/material"),
     ):
         if element.find("color") is not None:
             materials.setdefault(element.get("name", ""), element)
-    folder = None if path is None else path.parent
-    names = [
-        (link, f"visual {item.get('name')!r}" if item.get("name") else "a visual")
-        for link, item in items
-    ]
-    return read_each(names, lambda index: _urdf_visual(*items[index], materials, folder))
+    return read_in_links(robot, partial(_urdf_visual, materials, folder))
 
 
 def _urdf_visual(
-    link: str,
-    element: Element,
     materials: Mapping[str, Element],
     folder: Path | None,
+    link: str,
+    element: Element,
 ) -> Visual:
     """Return a `<visual>` of a URDF."""
     geometry = only(element, "geometry", "it")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,16 +10,18 @@ import numpy as np
 from ....core.description.description import UNBOUNDED, ActuatorDescription
 
 
-def actuators(model: Any, names: dict[int, str]) -> Iterator[ActuatorDescription]:
+def actuators(
+    model: Any, driven: Mapping[int, int], names: Mapping[int, str]
+) -> Iterator[ActuatorDescription]:
     """Yield the actuators that act along single joints, see `ActuatorDescription`.
 
     Args:
         model: `mujoco.MjModel`.
+        driven: actuators to the joints along which they act, by their indices.
         names: of the joints with one coordinate that move, by their index.
     """
-    for index in range(len(model.actuator_trntype)):
-        joint = int(model.actuator_trnid[index, 0])
-        if along_joint(model, index) and joint in names:
+    for index, joint in driven.items():
+        if joint in names:
             is_direct, force = _force(model, index)
             control = UNBOUNDED
             if is_direct and model.actuator_ctrllimited[index]:
@@ -32,14 +34,6 @@ def actuators(model: Any, names: dict[int, str]) -> Iterator[ActuatorDescription
                 control,
                 is_direct,
             )
-
-
-def along_joint(model: Any, index: int) -> bool:
-    """Return whether an actuator acts along a joint, not by a tendon, a site or a body."""
-    import mujoco
-
-    kinds = mujoco.mjtTrn
-    return int(model.actuator_trntype[index]) in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT)
 
 
 def _force(model: Any, index: int) -> tuple[bool, tuple[float, float]]:

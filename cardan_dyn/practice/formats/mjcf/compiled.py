@@ -194,22 +194,16 @@ def _names(model: Any) -> tuple[list[list[str]], list[list[str]]]:
     """Return names of links and joints, see `Compiled`; what has none gets one."""
     bodies = [model.body(index).name for index in range(model.nbody)]
     joints = [model.joint(index).name for index in range(model.njnt)]
-    taken = [{*bodies}, {*joints}]
-
-    def named(name: str, kind: int) -> str:
-        result = unique(name, taken[kind])
-        taken[kind].add(result)
-        return result
-
+    of_links, of_joints = {*bodies}, {*joints}
     links, carrying = [], []
     for body, given in enumerate(bodies):
-        own = given or named(f"body_{body}", 0)
+        own = given or unique(f"body_{body}", of_links)
         count, start = model.body_jntnum[body], model.body_jntadr[body]
-        between = [named(f"{own}_{index}", 0) for index in range(1, count)]
+        between = [unique(f"{own}_{index}", of_links) for index in range(1, count)]
         links.append([*between, own])
         carrying.append(
-            [joints[k] or named(f"joint_{k + 1}", 1) for k in range(start, start + count)]
-            or ([named(f"{own}_fixed", 1)] if body else [])
+            [joints[k] or unique(f"joint_{k + 1}", of_joints) for k in range(start, start + count)]
+            or ([unique(f"{own}_fixed", of_joints)] if body else [])
         )
     return links, carrying
 

@@ -38,7 +38,7 @@ from ....core.description.left_out import forces_left_out, line_of
 from ....kit.arrays import Array, inverse, quaternion_product
 from ....kit.errors import ModelError
 from ....kit.frozen import FrozenDict, frozen
-from .actuators import actuators, along_joint
+from .actuators import actuators
 from .compiled import Compiled, compiled, placement
 
 _TYPES = ("floating", "spherical", "prismatic", "revolute")
@@ -116,6 +116,13 @@ class _Reader:
         self.warnings: list[str] = []
         self.links: list[LinkDescription] = []
         self.joints: list[JointDescription] = []
+        # Actuators to the joints along which they act.
+        along = int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+        self._driven = {
+            k: model.actuator_trnid[k][0]
+            for k, kind in enumerate(model.actuator_trntype)
+            if kind in along
+        }
         # Joints as MuJoCo counts them; of bodies: their initial placement in the world.
         self._of_index: list[JointDescription] = []
         every = [
@@ -128,7 +135,7 @@ class _Reader:
             for index, name in enumerate(every)
             if _TYPES[model.jnt_type[index]] in SINGLE_TYPES and index not in found.locked
         }
-        self.actuators = tuple(actuators(model, single))
+        self.actuators = tuple(actuators(model, self._driven, single))
         self._placements = [np.eye(4)]
         for body in range(model.nbody):
             if body:
@@ -225,8 +232,8 @@ class _Reader:
         """
         model = self._model
         total = float(model.joint(index).armature[0])
-        for actuator in np.flatnonzero(model.actuator_trnid[:, 0] == index).tolist():
-            if along_joint(model, actuator):
+        for actuator, joint in self._driven.items():
+            if joint == index:
                 gear = float(model.actuator_gear[actuator, 0])
                 total += gear**2 * float(model.actuator_armature[actuator])
         return armature([total], kind, f"{at}: armature")
@@ -250,7 +257,7 @@ class _Reader:
         return [
             model.actuator(index).name or str(index + 1)
             for index in range(len(model.actuator_trntype))
-            if not along_joint(model, index)
+            if index not in self._driven
         ]
 
     def _along(self, index: int) -> tuple[Dynamics, list[str]]:
@@ -306,7 +313,7 @@ class _Reader:
         ):
             for index in range(count):
                 # The armature of an actuator is that of the joint along which it acts.
-                is_along = kind == "actuator" and along_joint(model, index)
+                is_along = kind == "actuator" and index in self._driven
                 parts = list[str]()
                 for word in words[is_along:]:
                     first = getattr(model, f"{kind}_{word}")[index]
@@ -346,12 +353,7 @@ class _Reader:
 
     def actuated(self) -> tuple[str, ...]:
         """Return the joints of the tree that have an actuator, in the order of these."""
-        model = self._model
-        named = (
-            self._of_index[model.actuator_trnid[k][0]]
-            for k in range(len(model.actuator_trntype))
-            if along_joint(model, k)
-        )
+        named = (self._of_index[joint] for joint in self._driven.values())
         return tuple(dict.fromkeys(joint.name for joint in named if joint.type != "fixed"))
 
     def equalities(self) -> tuple[list[LoopDescription], list[CouplingDescription]]:

@@ -21,7 +21,7 @@ from ....core.description.description import (
     at_last_parts,
 )
 from ....kit.arrays import Array, inverse
-from ..renumbered import joint_at, link_in, loop_at
+from ..renumbered import link_in, placed_at
 from .compiled import Compiled, compiled
 
 
@@ -158,7 +158,7 @@ class _Placed:
             # Of a free joint those of its three slides, then of its ball.
             count = 4 if joint.type == "floating" else 1
             rotors = self._armature[first : first + count].tolist()
-        placed = joint_at(joint, frame, self._links, axis)
+        placed = placed_at(joint, [frame], self._links, axis)
         return replace(placed, armature=at_last_parts(rotors, joint.type))
 
     def _loop(self, loop: LoopDescription, index: int) -> LoopDescription:
@@ -173,7 +173,7 @@ class _Placed:
             ends = [self._at[k] @ end for k, end in zip(ids, local, strict=True)]
         if is_ball:
             ends[1][:3, :3] = ends[0][:3, :3]
-        return loop_at(loop, (ends[0], ends[1]), self._links)
+        return placed_at(loop, ends, self._links)
 
 
 def _armature(model: Any) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -23,13 +24,16 @@ _KINDS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box"
 def visuals(source: SourceText) -> tuple[list[Visual], list[str]]:
     """Return the visuals of a model that was read before, and messages about others."""
     found = compiled(source.text, source.path, "MJCF", shown=True)
-    folder = None if source.path is None else source.path.parent
-    names = []
-    for index in range(found.model.ngeom):
-        name = found.model.geom(index).name
-        link = found.links[found.model.geom_bodyid[index]][-1]
-        names.append((link, f"geom {name!r}" if name else "a geom"))
-    return read_each(names, lambda index: _visual(found, index, names[index][0], folder))
+    return read_each(
+        (
+            link,
+            f"geom {name!r}" if name else "a geom",
+            partial(_visual, found, index, link, source.folder),
+        )
+        for index in range(found.model.ngeom)
+        for name in [found.model.geom(index).name]
+        for link in [found.links[found.model.geom_bodyid[index]][-1]]
+    )
 
 
 def _visual(found: Compiled, index: int, link: str, folder: Path | None) -> Visual | None:

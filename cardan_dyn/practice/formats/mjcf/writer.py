@@ -211,7 +211,7 @@ class _MjcfWriter:
             chain = waiting.pop()
             item = chain[-1]
             if isinstance(item, LoopDescription):
-                name = self._unique("body", f"{item.name}_half")
+                name = unique(f"{item.name}_half", self._taken["body"])
                 body = self._halves[item.name] = self._body(chain, name, np.eye(4))
                 SubElement(body, "inertial", inertial_of(self._half(item)))
                 continue
@@ -221,11 +221,6 @@ class _MjcfWriter:
                 self._elements[item.child] = body
                 chain = []
             waiting += [[*chain, behind] for behind in reversed(self._carried[item.child])]
-
-    def _unique(self, kind: str, name: str) -> str:
-        found = unique(name, self._taken[kind])
-        self._taken[kind].add(found)
-        return found
 
     def _is_passed_through(self, joint: JointDescription) -> bool:
         """Return whether the link of a joint has no mass and no body of its own."""
@@ -297,7 +292,7 @@ class _MjcfWriter:
         for count, ((kind, axis), inertia) in enumerate(zip(parts, rotors, strict=True), start=1):
             name = item.name
             if count < len(parts):
-                name = self._unique("joint", f"{item.name}_{count}")
+                name = unique(f"{item.name}_{count}", self._taken["joint"])
             stated = {"name": name, "type": kind, "pos": words(frame[:3, 3])}
             if kind == "ball":
                 self._note_dynamics(item)
@@ -370,7 +365,7 @@ class _MjcfWriter:
             name, kind = loop.name, _DIRECT[loop.type]
             start = self._elements[loop.predecessor], loop.predecessor_origin
         else:
-            name, kind = self._unique("equality", f"{loop.name}_weld"), "weld"
+            name, kind = unique(f"{loop.name}_weld", self._taken["equality"]), "weld"
             start = self._halves[loop.name], np.eye(4)
         sites = [f"{loop.name}_predecessor", f"{loop.name}_successor"]
         ends = start, (self._elements[loop.successor], loop.successor_origin)

@@ -109,7 +109,7 @@ class _Reader:
         self._links = {
             index: (bodies[index].name, np.array(bodies[index].placement.homogeneous))
             if index in bodies
-            else (self._unique(f"{model.names[index]}_link"), np.eye(4))
+            else (unique(f"{model.names[index]}_link", self._taken), np.eye(4))
             for index in range(model.njoints)
         }
         self._joints: list[JointDescription] = []
@@ -117,11 +117,6 @@ class _Reader:
         self._couplings: list[CouplingDescription] = []
         self._of_index: dict[int, list[str]] = {}
         self._warnings: list[str] = []
-
-    def _unique(self, name: str) -> str:
-        found = unique(name, self._taken)
-        self._taken.add(found)
-        return found
 
     def description(self, actuated: Iterable[str] | None) -> Description:
         """Return the description."""
@@ -213,11 +208,11 @@ class _Reader:
         for number, (kind, axes, before, pitch) in enumerate(parts, start=1):
             own, (child, place) = name, self._links[index]
             if is_screw and pitch:
-                own = self._unique(f"{name}_slide")
+                own = unique(f"{name}_slide", self._taken)
             elif not is_screw and number < len(parts):
-                own = self._unique(f"{name}_{number}")
+                own = unique(f"{name}_{number}", self._taken)
             if number < len(parts):
-                child, place = self._unique(f"{name}:{number}"), np.eye(4)
+                child, place = unique(f"{name}:{number}", self._taken), np.eye(4)
                 self._between.append(LinkDescription(child))
             found = (own, kind, parent, child, origin @ before, axes[0], axes[-1], place)
             rotors = () if follows or pitch else self._armature(name, joint.shortname(), kind, rate)
@@ -271,7 +266,7 @@ class _Reader:
         return kind, ((twist[:3] + twist[3:]) / ratio,), np.eye(4), 0.0
 
     def _couple(self, first: str, second: str, ratio: float, offset: float) -> None:
-        name = self._unique(default_name(second))
+        name = unique(default_name(second), self._taken)
         self._couplings.append(
             CouplingDescription(name, first, second, ratio, offset, of_joints=True)
         )
@@ -303,7 +298,7 @@ class _Reader:
         first, before, second, behind = _ends(constraint)
         (one, own), (other, place) = (self._links[joint] for joint in (first, second))
         ends = one, other, inverse(own) @ before, inverse(place) @ behind
-        return LoopDescription(self._unique(name), _LOOPS[rows], *ends)
+        return LoopDescription(unique(name, self._taken), _LOOPS[rows], *ends)
 
 
 def _ends(constraint: Any) -> tuple[int, Array, int, Array]:

@@ -21,7 +21,7 @@ from ....core.description.description import (
     kinds_of,
 )
 from ....kit.arrays import Array
-from ..renumbered import joint_at, link_of, loop_at
+from ..renumbered import link_of, placed_at
 from .source import SourceModel
 
 _SEVERAL = ("Composite", "Translation", "Mimic", "H")
@@ -100,7 +100,7 @@ class _Placed:
             part = self._jacobian[:3] if joint.type == "prismatic" else self._jacobian[3:]
             axes = (frame[:3, :3].T @ part[:, rates]).T
         rotors = self._armature[model.idx_vs[index] :][: len(kinds_of(joint.type))]
-        placed = joint_at(joint, frame, self.links, *axes)
+        placed = placed_at(joint, [frame], self.links, *axes)
         return replace(placed, armature=at_last_parts(rotors.tolist(), joint.type))
 
     def loop(
@@ -109,4 +109,4 @@ class _Placed:
         """Return a loop with its placements."""
         first, before, second, behind = constraint
         ends = self.joints[first] @ before, self.joints[second] @ behind
-        return loop_at(loop, ends, self.links)
+        return placed_at(loop, ends, self.links)

@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from ....core.description.description import LoopDescription
-from ....core.description.elements import DIRECTION_TOLERANCE
+from ....core.description.elements import DIRECTION_TOLERANCE, ends_of
 from ....core.description.left_out import forces_left_out
 from ....core.description.words import check_words
 from ....kit.errors import ModelError, choices
@@ -48,7 +48,7 @@ def loops(
                 f"{where}: <gazebo reference={item.get('reference')!r}>: a <joint> belongs to the "
                 "robot as a whole: write it in a <gazebo> without a reference"
             )
-    carried = {child.get("link") for child in robot.findall("joint/child")}
+    carried = {ends_of(joint)[1] for joint in robot.findall("joint")}
     links = [link.get("name", "") for link in robot.findall("link")]
     roots = [name for name in links if name not in carried]
     if len(roots) != 1:

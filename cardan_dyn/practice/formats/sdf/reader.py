@@ -226,13 +226,8 @@ class _Reader:
 
     def _to_world(self, link: str, kind: str) -> JointDescription:
         """Return a joint of a type between the world and a link, which the file does not have."""
-        name = self._unique(f"{link}_{kind}")
+        name = unique(f"{link}_{kind}", self._taken)
         return JointDescription(name, kind, WORLD, link, self._placements[link])
-
-    def _unique(self, name: str) -> str:
-        found = unique(name, self._taken)
-        self._taken.add(found)
-        return found
 
     def _couplings(self, joints: list[JointDescription]) -> list[CouplingDescription]:
         """Return the gearboxes, and the axes that mimic others, of the joints of the tree."""
@@ -290,7 +285,7 @@ class _Reader:
         offset = number(mimic, "offset", "0", at) - ratio * number(mimic, "reference", "0", at)
         if leader == name:
             raise ModelError(f"{at}: a joint cannot mimic itself")
-        coupling = self._unique(default_name(name))
+        coupling = unique(default_name(name), self._taken)
         ratio = _ratio(ratio, at)
         return CouplingDescription(coupling, leader, name, ratio, offset, of_joints=True)
 

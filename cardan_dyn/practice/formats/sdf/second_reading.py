@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Any
 from xml.etree.ElementTree import Element, fromstring
 
 import numpy as np
@@ -17,13 +18,12 @@ import pinocchio
 from ....core.description.description import (
     CouplingDescription,
     Description,
-    JointDescription,
     LinkDescription,
     LoopDescription,
     SourceText,
 )
 from ....kit.arrays import Array
-from ..renumbered import joint_at, link_in, link_of, loop_at
+from ..renumbered import link_in, link_of, placed_at
 from .plain import of_urdf, plain
 
 _MODEL = "__model__"
@@ -40,7 +40,7 @@ def loops_in_urdf(robot: Element, loops: Iterable[LoopDescription]) -> dict[str,
     model, _ = of_urdf(robot, "URDF")
     added = {item.get("name") for item in model.findall("joint")}
     numbers = _Numbers(model)
-    return {loop.name: numbers.loop(loop) for loop in loops if loop.name in added}
+    return {loop.name: numbers.placed(loop) for loop in loops if loop.name in added}
 
 
 class _Numbers:
@@ -68,30 +68,24 @@ class _Numbers:
     def of(self, description: Description) -> Description:
         """Return a description with these numbers."""
         hinges = {joint.child: joint.name for joint in description.joints}
-        return replace(
-            description,
+        return description.with_each(
+            self.placed,
             links=tuple(
                 _link(link.name, self._links[link.name])
                 if link.name in self._links
                 else LinkDescription(link.name)
                 for link in description.links
             ),
-            joints=tuple(map(self._joint, description.joints)),
-            loops=tuple(map(self.loop, description.loops)),
             couplings=tuple(self._coupling(item, hinges) for item in description.couplings),
         )
 
-    def _joint(self, joint: JointDescription) -> JointDescription:
-        if joint.name not in self._joints:
-            # It joins the link with the world, and stands where the link does.
-            return joint_at(joint, self.places[joint.child], self.places)
-        frame = self.places[f" {joint.name}"]
-        return joint_at(joint, frame, self.places, *self._axes(joint.name, joint.type))
-
-    def loop(self, loop: LoopDescription) -> LoopDescription:
-        """Return a loop with its placements and axes."""
-        frame = self.places[f" {loop.name}"]
-        return loop_at(loop, (frame, frame), self.places, *self._axes(loop.name, loop.type))
+    def placed(self, item: Any) -> Any:
+        """Return a joint or loop with its placements and axes."""
+        if item.name in self._joints:
+            frame, axes = self.places[f" {item.name}"], self._axes(item.name, item.type)
+        else:  # It joins the link with the world, and stands where the link does.
+            frame, axes = self.places[item.child], []
+        return placed_at(item, [frame] * len(item.ENDS), self.places, *axes)
 
     def _axes(self, joint: str, kind: str) -> list[Array]:
         """Return the axes of a joint in its frame."""

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, fromstring
 from ....core.description.description import SourceText
 from ....kit.arrays import inverse
 from ....kit.errors import ModelError, choices
-from ..visual import SIZES, Rgba, Visual, read_each, rgba, shape_of
+from ..visual import SIZES, Rgba, Visual, read_in_links, rgba, shape_of
 from .elements import base_of, inside, number, pose, text
 from .frames import NamedFrames
 from .plain import FIRST_WITH_FRAMES, plain, version_of
@@ -17,21 +17,14 @@ from .plain import FIRST_WITH_FRAMES, plain, version_of
 
 def visuals(source: SourceText) -> tuple[list[Visual], list[str]]:
     """Return the visuals of a model that was read before, and messages about others."""
-    root, path = fromstring(source.text), source.path
+    root = fromstring(source.text)
     has_names = version_of(root, "SDF") >= FIRST_WITH_FRAMES
     model, _ = plain(root, "SDF", strict=False, model=source.model)
     frames = NamedFrames(model, "SDF", has_names)
-    items = [
-        (link.get("name", ""), visual)
-        for link in model.findall("link")
-        for visual in link.findall("visual")
-    ]
-    names = [(link, f"visual {visual.get('name')!r}") for link, visual in items]
-    folder = None if path is None else path.parent
-    return read_each(names, lambda index: _visual(*items[index], frames, folder))
+    return read_in_links(model, partial(_visual, frames, source.folder))
 
 
-def _visual(link: str, element: Element, frames: NamedFrames, folder: Path | None) -> Visual | None:
+def _visual(frames: NamedFrames, folder: Path | None, link: str, element: Element) -> Visual | None:
     shapes = [*inside(element, "geometry", "it")]
     kinds = [item.tag for item in shapes]
     if kinds == ["empty"]:
