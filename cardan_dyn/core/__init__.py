@@ -10,6 +10,7 @@ OFFERED = {
     "compiled": ("absent",),
     "description.bodies": ("bodies_of",),
     "description.description": (
+        "ActuatorDescription",
         "CouplingDescription",
         "Description",
         "Dynamics",
@@ -21,10 +22,12 @@ OFFERED = {
         "Source",
         "SourceText",
         "TWO_AXES",
+        "UNBOUNDED",
         "X_AXIS",
         "at_last_parts",
         "elementary",
         "kinds_of",
+        "summed_efforts",
     ),
     "description.elements": (
         "DIRECTION_TOLERANCE",

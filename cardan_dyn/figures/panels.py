@@ -20,14 +20,15 @@ class Panel(NamedTuple):
         unit: of the values.
         scale: size beside which they are rounding.
         curves: names to the indices of their styles and to values `(N,)`.
-        limits: what the curves of these names should stay within, drawn where that is near.
+        limits: least and greatest that the curves of these names should keep to, drawn where they
+            are near.
     """
 
     label: str
     unit: str
     scale: float
     curves: dict[str, tuple[int, Array]]
-    limits: dict[str, float]
+    limits: dict[str, tuple[float, float]]
 
 
 def stacked(
@@ -64,10 +65,9 @@ def stacked(
         panel, lines = drawn.panels[row], []
         for name, (index, values) in curves.items():
             lines += at.draw(panel, {name: values}, first[row] + index, **(line or {}))
-            limit = limits.get(name, np.inf)
-            for side in (-1.0, 1.0):
-                if limit <= 2.0 * np.nanmax(side * values, initial=0.0):
-                    panel.axhline(side * limit, color=lines[-1].get_color(), linestyle=":")
+            for side, limit in zip((-1.0, 1.0), limits.get(name, ()), strict=False):
+                if side * limit <= 2.0 * np.nanmax(side * values, initial=0.0):
+                    panel.axhline(limit, color=lines[-1].get_color(), linestyle=":")
         panel.set_ylabel(label)
         settle(panel, scale)
         label_peaks(panel, lines, unit, at.unit, peaks, scale)

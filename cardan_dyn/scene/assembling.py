@@ -94,11 +94,11 @@ def write(
     mechanism: Mechanism,
     path: str | os.PathLike[str],
     *,
-    at: Mapping[str, object] | None = None,
+    at: Mapping[str, object] | str | None = None,
 ) -> Path:
     """Write the description of a mechanism to a file, which `load` reads back; without visuals.
 
-    A file that exists is replaced.
+    A file that exists is replaced. A warning names what the notation has no word for.
 
     Args:
         mechanism: from `load`.
@@ -107,8 +107,8 @@ def write(
             becomes there. `load` reads MJCF back whose bodies are nested up to 300 deep.
         at: closed configuration that becomes the zero of the written coordinates, or its
             `positions`: name of every moving joint, loops included, to its position. Limits are
-            counted from there as well. Without it the zero stays if its loops are closed, otherwise
-            `assemble` finds a configuration near it.
+            counted from there as well. A keyframe by name is closed by `assemble`. Without it the
+            zero stays if its loops are closed, otherwise `assemble` finds a configuration near it.
 
     Returns:
         The path.
@@ -123,8 +123,8 @@ def write(
     if not isinstance(mechanism, Mechanism):
         raise ArgumentError(f"write needs a mechanism from load(), not {type(mechanism).__name__}")
     description, length = mechanism.description, mechanism.characteristic_length
-    if at is None and not is_closed(description, length):
-        at = assemble(mechanism)
+    if isinstance(at, str) or (at is None and not is_closed(description, length)):
+        at = assemble(mechanism, at)
     return write_description(description if at is None else rezeroed(description, at, length), path)
 
 

@@ -11,13 +11,15 @@ says that two gears on parallel axes touch, with `pressure_angle`, `helix_angle`
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from ...kit.errors import ModelError, choices
-from .description import CouplingDescription, Mesh
+from ...kit.checks import text
+from ...kit.errors import ArgumentError, ModelError, choices
+from .description import CouplingDescription, Description, Mesh
 from .elements import listed, number, words
 
 FORCES = ("none", "mesh")
@@ -56,6 +58,27 @@ def with_forces(coupling: CouplingDescription, element: Element, at: str) -> Cou
     along = element.get("along")
     place = None if along is None else number(along, "", f"{at}: along")
     return replace(coupling, forces="mesh", mesh=Mesh(pressure, helix, place))
+
+
+def with_stated_forces(description: Description, forces: Mapping[str, object]) -> Description:
+    """Return a description whose couplings exert what is stated by their names, as in an element.
+
+    Raises:
+        ArgumentError: there is no such coupling.
+        ModelError: what is wrong with the forces.
+    """
+    known = {item.name: item for item in description.couplings}
+    for name, value in forces.items():
+        at = f"forces[{name!r}]"
+        if name not in known:
+            raise ArgumentError(
+                f"{at}: {description.name} has no coupling {name!r}; couplings: "
+                f"{choices(known, name)}"
+            )
+        silent = replace(known[name], forces="", mesh=None)
+        element = Element("coupling", forces_words(silent) | {"forces": text(at, value)})
+        known[name] = with_forces(silent, element, at)
+    return replace(description, couplings=tuple(known.values()))
 
 
 def _higher(coupling: CouplingDescription, element: Element, at: str) -> tuple[float, ...]:

@@ -125,18 +125,68 @@ class Dynamics(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Limits(Value):
-    """Limits of a joint's coordinate; they are kept for Pinocchio's functions only.
+    """Limits of a joint's coordinate: results tell what lies beyond them, and nothing is cut off.
 
     Attributes:
         lower, upper: position [rad or m].
         velocity: [rad/s or m/s].
-        effort: [N·m or N].
+        effort: the greatest one [N·m or N].
+        least_effort: as a cylinder pulls less than it pushes [N·m or N]; None where it is the
+            greatest one in the other sense.
     """
 
     lower: float = -np.inf
     upper: float = np.inf
     velocity: float = np.inf
     effort: float = np.inf
+    least_effort: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.least_effort == -self.effort:
+            object.__setattr__(self, "least_effort", None)
+        super().__post_init__()
+
+    @property
+    def efforts(self) -> tuple[float, float]:
+        """The least and the greatest effort [N·m or N]."""
+        least = self.least_effort
+        return (-self.effort if least is None else least), self.effort
+
+
+UNBOUNDED = (-np.inf, np.inf)
+"""The least and the greatest of what nothing bounds."""
+
+
+class ActuatorDescription(NamedTuple):
+    """A motor or cylinder along a joint, as its author has it.
+
+    Attributes:
+        name: its name; may be empty.
+        joint: name of the joint along which it acts.
+        gear: effort of the joint per force of the actuator.
+        force: least and greatest force, before the gear [N·m or N].
+        control: least and greatest force that is asked of it, where a control asks for forces.
+        is_direct: whether its force is what its control asks for, not what a law makes of that.
+    """
+
+    name: str
+    joint: str
+    gear: float = 1.0
+    force: tuple[float, float] = UNBOUNDED
+    control: tuple[float, float] = UNBOUNDED
+    is_direct: bool = True
+
+
+def summed_efforts(
+    factors: Iterable[float], efforts: Iterable[tuple[float, float]]
+) -> tuple[float, float]:
+    """Return the least and the greatest sum of efforts, each between two values, times factors."""
+    least = greatest = 0.0
+    for factor, ends in zip(factors, efforts, strict=True):
+        if factor:
+            low, high = sorted(float(factor) * end for end in ends)
+            least, greatest = least + low, greatest + high
+    return least, greatest
 
 
 class _TwoAxes(Value):
@@ -355,6 +405,7 @@ class Description(Value):
         states_gravity: whether the author wrote it; else it is the format's default.
         origins: names of joints that are lengths and angles of it, see `origins`; its source knows
             nothing of them.
+        actuators: what acts along its joints, whose limits of effort consider it.
     """
 
     name: str
@@ -379,6 +430,7 @@ class Description(Value):
     gravity: Array | None = field(default=None, compare=False)
     states_gravity: bool = field(default=False, compare=False)
     origins: tuple[str, ...] = field(default=(), compare=False)
+    actuators: tuple[ActuatorDescription, ...] = field(default=(), compare=False)
 
     def displaced(self, by: Mapping[tuple[str, bool], Array]) -> Description:
         """Return the description with frames of joints and ends of loops elsewhere.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple
 from xml.etree.ElementTree import Element
 
 from ...kit.errors import ModelError, choices
@@ -64,8 +63,17 @@ def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]
         joints: of the tree.
         where: how messages name the source of the text.
     """
-    limited = [joint.name for joint in joints if any(map(math.isfinite, astuple(joint.limits)))]
-    return line_of(where, "limits", limited, "what lies beyond them is computed like all else")
+    limited = [
+        joint.name
+        for joint in joints
+        if any(
+            math.isfinite(value)
+            for of in [joint.limits]
+            for value in (of.lower, of.upper, of.velocity, *of.efforts)
+        )
+    ]
+    told = "they hold nothing back; results say where positions and efforts lie beyond them"
+    return line_of(where, "limits", limited, told, is_left_out=False)
 
 
 def dynamics_left_out(joints: Iterable[JointOrLoop], where: str) -> list[str]:
@@ -109,8 +117,14 @@ def forces_left_out(forces: Sequence[str], where: str, strict: bool) -> list[str
 
 
 def line_of(
-    where: str, what: str, names: list[str], result: str, owner: str = "joint"
+    where: str,
+    what: str,
+    names: list[str],
+    result: str,
+    owner: str = "joint",
+    is_left_out: bool = True,
 ) -> list[str]:
     """Return a warning about something of some joints or links; none where there are none."""
+    left_out = " left out" * is_left_out
     owners = f"{len(names)} {owner}{'s' * (len(names) > 1)} ({choices(names, most=_MOST_NAMED)})"
-    return [f"{where}: {what} of {owners} left out: {result}"] if names else []
+    return [f"{where}: {what} of {owners}{left_out}: {result}"] if names else []

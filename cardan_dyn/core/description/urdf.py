@@ -5,7 +5,8 @@ compute wrong results from it without a message. All of that is refused here.
 
 Beyond URDF, the types of loops (`spherical`, `universal`, `cylindrical`) are read as types of tree
 joints too, a universal one with its second axis in `<axis2>`; and a limit may be infinite: `inf`
-for velocity, effort and upper, `-inf` for lower.
+for velocity, effort and upper, `-inf` for lower; so it is from 1e50 on. `least_effort` is the
+least effort where it is not the greatest one in the other sense.
 """
 
 from __future__ import annotations
@@ -56,8 +57,10 @@ _INERTIA_TOLERANCE = 1e-9
 a file with ten or more digits may cause."""
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 """Attributes of `<inertia>`, in the order in which `tensor_of` takes them."""
-_UNLIMITED = {"lower": "-inf", "upper": "inf", "velocity": "inf", "effort": "inf"}
-"""Attribute of `<limit>` to the word that says that there is no limit."""
+_LEAST = ("lower", "least_effort")
+"""Attributes of `<limit>` that bound from below."""
+_UNLIMITED = {-1.0: "-inf", 1.0: "inf"}
+"""Side of a limit to the word that says that there is none."""
 
 
 def parse(robot: Element, given: SourceText, where: str, strict: bool) -> Description:
@@ -94,6 +97,10 @@ def parse(robot: Element, given: SourceText, where: str, strict: bool) -> Descri
         from .transmissions import with_rotors  # Most descriptions state none.
 
         joints = with_rotors(robot, joints, where)
+    if robot.find("ros2_control/joint/command_interface/param") is not None:
+        from .transmissions import with_commanded_efforts
+
+        joints = with_commanded_efforts(robot, joints, where)
     loops, notation, open_types = agreed(robot, link_names, beside, where, strict)
     left_out = elements_left_out(robot, where)
     if beside is not None:
@@ -280,18 +287,19 @@ def _limits(element: Element, kind: str, at: str) -> Limits:
     limit = only(element, "limit", at)
     if limit is None:
         return Limits()
-    velocity, effort = _limit(limit, "velocity", at), _limit(limit, "effort", at)
-    if kind == "continuous":
-        return Limits(velocity=velocity, effort=effort)
-    return Limits(_limit(limit, "lower", at), _limit(limit, "upper", at), velocity, effort)
+    position = ("lower", "upper") if kind != "continuous" else ()
+    given = ("least_effort",) if limit.get("least_effort") is not None else ()
+    stated = (*position, "velocity", "effort", *given)
+    return Limits(**{name: _limit(limit, name, at) for name in stated})
 
 
 def _limit(element: Element, name: str, at: str) -> float:
     """Return a limit of a joint; infinite where it says so."""
     text = element.get(name)
-    if text == _UNLIMITED[name]:
+    sign = -1.0 if name in _LEAST else 1.0
+    if text == _UNLIMITED[sign]:
         return float(text)
-    return bound(text, -1.0 if name == "lower" else 1.0, "0", f"{at}: limit {name}")
+    return bound(text, sign, "0", f"{at}: limit {name}")
 
 
 def _independent(robot: Element, where: str) -> tuple[str, ...]:

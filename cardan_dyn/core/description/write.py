@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -57,6 +58,8 @@ _SUFFIXES = (".urdf", ".xml", ".mjcf")
 def write(description: Description, path: str | os.PathLike[str]) -> Path:
     """Write a description to a file, in place of what it contained; return its path.
 
+    A warning lists what the notation has no word for.
+
     Args:
         description: what to write.
         path: `.urdf` for URDF+, `.xml` or `.mjcf` for MJCF.
@@ -67,12 +70,28 @@ def write(description: Description, path: str | os.PathLike[str]) -> Path:
     """
     target = _path(path)
     if target.suffix.lower() == ".urdf":
-        text = to_urdf(description)
+        text, left_out = to_urdf(description), _left_out(description)
     else:
-        text = import_module(f"{GUESTS['mujoco']}.writer").to_mjcf(description)
+        text, left_out = import_module(f"{GUESTS['mujoco']}.writer").written(description)
     with writing(target) as part:
         part.write_text(text, encoding="utf-8")
+    if left_out:
+        warnings.warn(
+            f"{target}: not written, as its notation has no word for it: {'; '.join(left_out)}",
+            stacklevel=3,
+        )
     return target
+
+
+def _left_out(description: Description) -> list[str]:
+    """Return what of a description a URDF does not say, in words."""
+    named = {
+        "keyframe": description.keyframes,
+        "frame": description.frames,
+        "actuator": [item.name or item.joint for item in description.actuators],
+    }
+    gravity = ["gravity"] * description.states_gravity
+    return [f"{what} {name!r}" for what, names in named.items() for name in names] + gravity
 
 
 def _path(path: object) -> Path:
@@ -206,15 +225,19 @@ def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> 
 
 
 def _write_dynamics(element: Element, joint: JointOrLoop) -> None:
-    """Add what rubs and springs; springs in the words of SDF, since URDF has none for them."""
+    """Add what rubs and springs; springs in the words of SDF, since URDF has none for them.
+
+    Other readers refuse an element without damping and friction.
+    """
     dynamics = joint.dynamics
+    if not any(dynamics) and not joint.armature:
+        return
     count = len(dynamics) if dynamics.stiffness or dynamics.rest else 2
     values = zip(DYNAMICS_WORDS[:count], dynamics[:count], strict=True)
-    stated = {name: words([value]) for name, value in values} if any(dynamics[:count]) else {}
+    stated = {name: words([value]) for name, value in values}
     if joint.armature:
         stated["armature"] = words(joint.armature)
-    if stated:
-        SubElement(element, "dynamics", stated)
+    SubElement(element, "dynamics", stated)
 
 
 def write_mimic(joint: Element, coupling: CouplingDescription) -> None:
@@ -229,14 +252,22 @@ def write_mimic(joint: Element, coupling: CouplingDescription) -> None:
 
 
 def _write_limits(joint: Element, limits: Limits, kind: str, at: str) -> None:
+    """Add the limits of a joint; those that URDF requires are without any the greatest number.
+
+    Other readers refuse a hinge or slide without limits, and a word as a number.
+    """
     values = {name: getattr(limits, name) for name in ("lower", "upper", "velocity", "effort")}
-    if all(map(math.isinf, values.values())):
+    if limits.least_effort is not None:
+        values["least_effort"] = limits.least_effort
+    if all(map(math.isinf, values.values())) and kind not in ("revolute", "prismatic"):
         return
     if kind == "continuous":
         lower, upper = values.pop("lower"), values.pop("upper")
         if math.isfinite(lower) or math.isfinite(upper):
             raise ModelError(f"{at}: a continuous joint has no limits of position")
-    SubElement(joint, "limit", {name: words([value]) for name, value in values.items()})
+    # To the last bit, and infinite ones as the greatest number in either sense.
+    stated = {name: words([float(np.nan_to_num(value))]) for name, value in values.items()}
+    SubElement(joint, "limit", stated)
 
 
 def _write_loop(robot: Element, loop: LoopDescription) -> None:

@@ -27,7 +27,7 @@ import numpy as np
 import pinocchio
 
 from ...kit.arrays import EPS, Array, generic
-from ...kit.checks import number
+from ...kit.checks import mapping, number
 from ...kit.errors import choices
 from ..description.description import IDENTITY
 from ..description.description import ROUNDING as _CLOSED
@@ -63,6 +63,7 @@ def load(
     strict: bool = True,
     closure_tolerance: float | None = None,
     model: str | None = None,
+    forces: Mapping[str, str] | None = None,
 ) -> Mechanism:
     """Load a mechanism with closed loops.
 
@@ -85,13 +86,20 @@ def load(
             digits say if None, and that of single precision at least. With zero, all stay as they
             are written.
         model: name of the one to load of an SDF file that has several.
+        forces: names of couplings to what these exert, `none` or `mesh`, see `CouplingDescription`,
+            for files whose notation cannot say it; of a mesh, with the usual pressure angle.
 
     Raises:
-        ArgumentError: the tolerance is negative, or no number; or `model` is given for a text that
-            has only one.
+        ArgumentError: the tolerance is negative, or no number; `model` is given for a text that
+            has only one; or `forces` names no coupling.
         ModelError: the description is missing, malformed or impossible.
     """
-    return made(read(source, strict, model), closure_tolerance)
+    description = read(source, strict, model)
+    if forces is not None:
+        from ..description.coupled_forces import with_stated_forces  # Few descriptions need it.
+
+        description = with_stated_forces(description, mapping("forces", forces))
+    return made(description, closure_tolerance)
 
 
 def made(description: Description, closure_tolerance: float | None) -> Mechanism:

@@ -29,6 +29,7 @@ import pinocchio
 from ...kit.arrays import Array, inverse
 from ...kit.checks import mapping, numbers
 from ...kit.errors import ArgumentError, choices
+from ...kit.frozen import FrozenDict, frozen
 from ..description.description import (
     TWO_AXES,
     CouplingDescription,
@@ -36,7 +37,6 @@ from ..description.description import (
     Dynamics,
     JointDescription,
     JointOrLoop,
-    Limits,
     LoopDescription,
     elementary,
     placed_links,
@@ -75,11 +75,37 @@ def rezeroed(
         joints=tuple(_joint(joint, *displacements[joint.name]) for joint in description.joints),
         loops=tuple(_loop(loop, *displacements[loop.name]) for loop in description.loops),
         couplings=couplings,
+        keyframes=_keyframes(description, displacements),
         source=None,
         added="",
     )
     _check_closed(result, length)
     return result
+
+
+def _keyframes(
+    description: Description, displacements: Mapping[str, tuple[Array, Array]]
+) -> FrozenDict[str, FrozenDict[str, float | Array]]:
+    """Return the keyframes, positions counted from the new zero."""
+    joints = {joint.name: joint for joint in description.joints}
+
+    def counted(name: str, position: float | Array) -> float | Array:
+        """Return a position of a joint; a ball turns on from where it is at the new zero."""
+        start, values = displacements[name]
+        kind = joints[name].type
+        if kind not in ("spherical", "floating"):
+            shifted = np.asarray(position) - values
+            return float(shifted[0]) if np.ndim(position) == 0 else shifted
+        there = inverse(start) @ _displacement(joints[name], position)[0]
+        turned = np.asarray(pinocchio.Quaternion(there[:3, :3]).normalized().coeffs())
+        return turned if kind == "spherical" else np.concatenate([there[:3, 3], turned])
+
+    return frozen(
+        {
+            key: frozen({name: counted(name, value) for name, value in positions.items()})
+            for key, positions in description.keyframes.items()
+        }
+    )
 
 
 def _displacements(
@@ -152,7 +178,7 @@ def _joint(joint: JointDescription, displacement: Array, values: Array) -> Joint
     limits = joint.limits
     if len(values) == 1:
         start = float(values[0])
-        limits = Limits(limits.lower - start, limits.upper - start, limits.velocity, limits.effort)
+        limits = replace(limits, lower=limits.lower - start, upper=limits.upper - start)
     return replace(
         joint,
         origin=joint.origin @ displacement,

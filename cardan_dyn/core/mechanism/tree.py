@@ -195,9 +195,9 @@ class TreeBuilder:
             model.lowerPositionLimit[model.idx_qs[index]] = limits.lower
             model.upperPositionLimit[model.idx_qs[index]] = limits.upper
         rates = slice(model.idx_vs[index], model.idx_vs[index] + model.nvs[index])
-        for kind, value in (("Velocity", limits.velocity), ("Effort", limits.effort)):
-            getattr(model, f"lower{kind}Limit")[rates] = -value
-            getattr(model, f"upper{kind}Limit")[rates] = value
+        model.lowerVelocityLimit[rates] = -limits.velocity
+        model.upperVelocityLimit[rates] = limits.velocity
+        model.lowerEffortLimit[rates], model.upperEffortLimit[rates] = limits.efforts
 
 
 def _items_on(body: Body) -> list[tuple[Body, Body | LoopDescription]]:

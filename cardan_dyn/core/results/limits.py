@@ -37,14 +37,15 @@ def exceeded(sweep: Any) -> tuple[str, ...]:
 
     These are positions of all joints, and efforts of drives, of what is held and of actuated
     joints. An angle is the same after a turn; limits of zero for efforts are none, as URDF requires
-    some. Speeds are not judged.
+    some. Speeds are not judged. What is beyond by rounding of the greatest values is not.
     """
     found = []
     for what, values, low, high, unit in _limited(sweep):
         flat = np.ravel(np.broadcast_to(values, sweep.shape))
         over = np.nan_to_num(np.maximum(flat - high, low - flat), nan=-np.inf)
         worst = int(over.argmax()) if over.size else 0
-        if over.size and over[worst] > NOTHING * max(abs(low), abs(high)):
+        sizes = np.nan_to_num(np.abs([low, high, *flat]), nan=0.0, posinf=0.0)
+        if over.size and over[worst] > NOTHING * sizes.max():
             value = float(flat[worst])
             limit, most = amount(high if value > high else low, unit), amount(value, unit)
             found.append(f"exceeds {what} ({limit}): {most} at {_at(sweep, worst)}")
@@ -69,13 +70,17 @@ def _limited(sweep: Any) -> Iterator[tuple[str, Array, float, float, str]]:
     for name, values in efforts(sweep).items():
         if name in limits:
             unit = sweep.mechanism.drivable[name].effort_unit
-            yield f"effort limit of {name}", values, -limits[name], limits[name], unit
+            yield f"effort limit of {name}", values, *limits[name], unit
 
 
-def effort_limits(mechanism: Mechanism) -> dict[str, float]:
-    """Return the efforts that joints have at most by their description [N·m or N]."""
-    every = {item.name: item.limits.effort for item in mechanism.description.joints}
-    return {name: limit for name, limit in every.items() if 0.0 < limit < np.inf}
+def effort_limits(mechanism: Mechanism) -> dict[str, tuple[float, float]]:
+    """Return the least and greatest efforts of joints by their description [N·m or N]."""
+    every = {item.name: item.limits.efforts for item in mechanism.description.joints}
+    return {
+        name: (least, greatest)
+        for name, (least, greatest) in every.items()
+        if least < greatest and (least, greatest) != UNLIMITED
+    }
 
 
 def efforts(sweep: Any) -> dict[str, Array]:

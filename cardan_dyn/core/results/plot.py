@@ -324,7 +324,12 @@ class MotionPlot(Plot):
                 continue
             label, unit = name, turn.mechanism.drivable[name].effort_unit
             if name in limits:
-                label += f", limit {amount(limits[name], unit)}"
+                ends = [amount(end, unit) for end in limits[name]]
+                label += (
+                    f", limit {ends[1]}"
+                    if sum(limits[name]) == 0.0
+                    else (f", limits {ends[0]} … {ends[1]}")
+                )
             panel = found.setdefault(unit, Panel(f"effort of drives [{unit}]", unit, 0.0, {}, {}))
             panel.curves[label] = len(panel.curves), values
             if name in limits:

@@ -178,18 +178,24 @@ class Maps(Frozen):
         """Return the corners `(2ⁿ, n)` of limits in both senses, in a circle if there are four."""
         count = len(self.actuated)
         if limits is None:
-            most = np.array([getattr(item, kind) for item in self._forward.given.limits])
-            if not np.all((most > 0.0) & np.isfinite(most)):
+            ranges = np.array(
+                [
+                    item.efforts if kind == "effort" else (-item.velocity, item.velocity)
+                    for item in self._forward.given.limits
+                ]
+            )
+            if not np.all((ranges[:, 0] < ranges[:, 1]) & np.isfinite(ranges).all(axis=1)):
                 raise ArgumentError(
                     f"the description does not limit {kind} of all of {choices(self.actuated)}; "
                     "give limits"
                 )
         else:
             most = positives("limits", limits)
-        if len(most) not in (1, count):
-            raise ArgumentError(f"limits has shape {most.shape}, expected ({count},)")
-        signs = np.array(list(product((-1.0, 1.0), repeat=count)))
-        return (signs[[0, 1, 3, 2]] if count == 2 else signs) * most
+            if len(most) not in (1, count):
+                raise ArgumentError(f"limits has shape {most.shape}, expected ({count},)")
+            ranges = np.broadcast_to(np.outer(most, (-1.0, 1.0)), (count, 2))
+        corners = np.array(list(product(*ranges)))
+        return corners[[0, 1, 3, 2]] if count == 2 else corners
 
     def _polygon(self, corners: Array) -> Array:
         """Return corners `(..., 2ⁿ, n)`; an interval `(..., 2)` of one joint."""

@@ -15,7 +15,13 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.errors import ModelError, choices
 from ...kit.frozen import Frozen, frozen
-from ..description.description import Description, JointDescription, Limits, kinds_of
+from ..description.description import (
+    Description,
+    JointDescription,
+    Limits,
+    kinds_of,
+    summed_efforts,
+)
 from ..description.write import to_urdf
 from ..mechanics.exact import load
 from ..mechanism.mechanism import Mechanism
@@ -178,17 +184,16 @@ def _limits(way: SolvedWay, joints: Array) -> list[Limits]:
     _, jacobian = way.at(joints)
     motors, found = way.found.limits, []
     for limits, pushes, moves in zip(
-        way.given.limits, np.abs(jacobian).T, np.abs(np.linalg.inv(jacobian)), strict=True
+        way.given.limits, jacobian.T, np.abs(np.linalg.inv(jacobian)), strict=True
     ):
-        effort, velocity = (
-            float(sum(by * getattr(of, kind) for by, of in zip(row, motors, strict=True) if by))
-            for kind, row in (("effort", pushes), ("velocity", moves))
-        )
+        velocity = sum(by * of.velocity for by, of in zip(moves, motors, strict=True) if by)
+        ranges = [limits.efforts, summed_efforts(pushes, [motor.efforts for motor in motors])]
         found.append(
             replace(
                 limits,
-                effort=min(limits.effort, effort),
-                velocity=min(limits.velocity, velocity),
+                least_effort=max(least for least, _ in ranges),
+                effort=min(greatest for _, greatest in ranges),
+                velocity=min(limits.velocity, float(velocity)),
             )
         )
     return found

@@ -13,6 +13,7 @@ from ...core.problem.acting import Acting
 from ...core.problem.samples import Targets, acting_on
 from ...core.results.collect import sweep_of
 from ...core.results.inertia import mass_matrix_of
+from ...core.results.limits import exceeded
 from ...core.results.prescribed import Prescribed
 from ...core.results.sweep import Sweep
 from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
@@ -66,7 +67,8 @@ class Equilibrium(Prescribed):
         places = ", ".join(
             f"{name} {value:g}" for name, value in zip(self.free, self.position, strict=True)
         )
-        return f"<Equilibrium of {self.mechanism.name!r}: {self.stability} at {places}>"
+        told = "".join(f"; {line}" for line in exceeded(self.sweep))
+        return f"<Equilibrium of {self.mechanism.name!r}: {self.stability} at {places}{told}>"
 
     def point(self, link: str, xyz: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
         """Return where a point of a link rests in the world `(3,)` [m]; see `Sweep.point`.

@@ -90,7 +90,7 @@ CHANGES = [
             **{"dynamics": Dynamics(rest=0.5), "armature": (0.1,)},
         },
     ),
-    (Limits(), {"lower": 0.0, "upper": 1.0, "velocity": 2.0, "effort": 3.0}),
+    (Limits(), {"lower": 0.0, "upper": 1.0, "velocity": 2.0, "effort": 3.0, "least_effort": -1.0}),
     (
         CouplingDescription("m", "a", "b", 1.0),
         {

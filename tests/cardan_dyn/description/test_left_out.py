@@ -45,7 +45,8 @@ def test_limits_and_other_elements_of_joints() -> None:
     assert warnings(more + '<safety_controller k_velocity="1"/>') == [
         "safety controllers of 3 joints (a, b, d) left out: no wrench considers them",
         "calibrations of 3 joints (a, b, d) left out: no wrench considers them",
-        "limits of 3 joints (a, b, d) left out: what lies beyond them is computed like all else",
+        "limits of 3 joints (a, b, d): they hold nothing back; results say where positions and "
+        "efforts lie beyond them",
     ]
 
 
@@ -81,14 +82,14 @@ def test_many_names_are_counted() -> None:
         for index in range(9)
     ]
     (line,) = limits_left_out(joints, "x")
-    assert line.startswith("x: limits of 9 joints (j0, j1, j2 and 6 more) left out: ")
+    assert line.startswith("x: limits of 9 joints (j0, j1, j2 and 6 more): ")
 
 
 def test_limits_of_mjcf() -> None:
     body = '<body><joint name="e" range="-10 10"/><inertial pos="0 0 0" mass="1" '
     text = f'<mujoco><worldbody>{body}diaginertia="1 1 1"/></body></worldbody></mujoco>'
     (line,) = cd.load(text).warnings
-    assert line.startswith("MJCF text: limits of 1 joint (e) left out")
+    assert line.startswith("MJCF text: limits of 1 joint (e): they hold")
 
 
 def test_bundled_files_are_known(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 from testkit import scenes
 
 import cardan_dyn as cd
-from cardan_dyn.core.description.description import Description, Limits
+from cardan_dyn.core.description.description import Description, Limits, SourceText
 from cardan_dyn.core.description.urdf import check_inertia, check_tree, parse, tensor_of
 
 ROBOT = """<robot name="r"><link name="a"/><link name="b"><inertial>
@@ -23,7 +23,7 @@ PLAIN = {"quarter": "0", "kind": "revolute", "independent": "false", "more": ""}
 
 
 def read(strict: bool = True, **changes: str) -> Description:
-    return parse(fromstring(ROBOT.format(**PLAIN | changes)), "here", None, strict)
+    return parse(fromstring(ROBOT.format(**PLAIN | changes)), SourceText("", None), "here", strict)
 
 
 def test_links() -> None:
@@ -122,7 +122,9 @@ def test_couplings() -> None:
         "</robot>",
         '<coupling name="c"><predecessor link="a"/><successor link="b"/>{}</coupling></robot>',
     )
-    coupling = parse(fromstring(text.format('<ratio value="-2"/>')), "x", None, True).couplings[0]
+    coupling = parse(
+        fromstring(text.format('<ratio value="-2"/>')), SourceText("", None), "x", True
+    ).couplings[0]
     assert (coupling.predecessor, coupling.successor, coupling.ratio) == ("a", "b", -2.0)
     for ratio, message in (
         ('<ratio value="0"/>', "a ratio of zero would hold the successor"),
@@ -130,21 +132,23 @@ def test_couplings() -> None:
         ("<ratio/>", "ratio value: None is not 1 finite"),
     ):
         with pytest.raises(cd.ModelError, match=f"x: coupling 'c': {message}"):
-            parse(fromstring(text.format(ratio)), "x", None, True)
+            parse(fromstring(text.format(ratio)), SourceText("", None), "x", True)
 
 
 def test_a_mass_of_zero() -> None:
     text = ROBOT.format(**PLAIN).replace('mass value="4"', 'mass value="0"')
     with pytest.raises(cd.ModelError, match=r"mass 0 kg is not positive.*strict=False\) accepts"):
-        parse(fromstring(text), "x", None, True)
-    description = parse(fromstring(text), "x", None, False)
+        parse(fromstring(text), SourceText("", None), "x", True)
+    description = parse(fromstring(text), SourceText("", None), "x", False)
     rotor = description.links[1]
     assert rotor.mass == 0.0
-    heavy = parse(fromstring(ROBOT.format(**PLAIN)), "x", None, True).links[1]
+    heavy = parse(fromstring(ROBOT.format(**PLAIN)), SourceText("", None), "x", True).links[1]
     np.testing.assert_array_equal(rotor.inertia, heavy.inertia)
     assert description.warnings == ("x: link 'b': mass 0 kg: an inertia without mass",)
     start, end = text.index("<inertia "), text.index("/>", text.index("<inertia "))
-    description = parse(fromstring(text[:start] + "<inertia" + text[end:]), "x", None, False)
+    description = parse(
+        fromstring(text[:start] + "<inertia" + text[end:]), SourceText("", None), "x", False
+    )
     assert description.links[1].is_massless
     assert description.warnings == ("x: link 'b': mass 0 kg: taken as massless",)
 

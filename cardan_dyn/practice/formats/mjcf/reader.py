@@ -15,6 +15,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from ....core.description.description import (
+    UNBOUNDED,
     CouplingDescription,
     Description,
     Dynamics,
@@ -23,6 +24,7 @@ from ....core.description.description import (
     LinkDescription,
     LoopDescription,
     SourceText,
+    summed_efforts,
 )
 from ....core.description.elements import (
     GREATEST,
@@ -36,6 +38,7 @@ from ....core.description.left_out import forces_left_out, line_of
 from ....kit.arrays import Array, inverse, quaternion_product
 from ....kit.errors import ModelError
 from ....kit.frozen import FrozenDict, frozen
+from .actuators import actuators
 from .compiled import Compiled, compiled, placement
 
 _TYPES = ("floating", "spherical", "prismatic", "revolute")
@@ -72,6 +75,9 @@ def parse(root: Element, given: SourceText, where: str, strict: bool) -> Descrip
     loops, couplings = reader.equalities()
     left_out = forces_left_out(reader.forces(), where, strict)
     left_out += line_of(where, "limits", reader.limited_tendons(), "they couple nothing", "tendon")
+    left_out += line_of(
+        *(where, "efforts", reader.other_actuators(), "they act along no joint alone", "actuator")
+    )
     return Description(
         name=root.get("model") or "mechanism",
         links=tuple(reader.links),
@@ -87,6 +93,7 @@ def parse(root: Element, given: SourceText, where: str, strict: bool) -> Descrip
         keyframes=frozen(dict(reader.keyframes())),
         gravity=found.model.opt.gravity.copy(),
         states_gravity=found.states_gravity,
+        actuators=reader.actuators,
     )
 
 
@@ -97,6 +104,7 @@ class _Reader:
         links: those of all bodies, that of the world first.
         joints: those of the tree.
         sites: name to the link that carries it, and its placement there.
+        actuators: those along joints that move.
         warnings: what is wrong and was accepted.
     """
 
@@ -117,6 +125,17 @@ class _Reader:
         }
         # Joints as MuJoCo counts them; of bodies: their initial placement in the world.
         self._of_index: list[JointDescription] = []
+        every = [
+            name
+            for names, n in zip(found.joints, model.body_jntnum, strict=True)
+            for name in names[:n]
+        ]
+        single = {
+            index: name
+            for index, name in enumerate(every)
+            if _TYPES[model.jnt_type[index]] in SINGLE_TYPES and index not in found.locked
+        }
+        self.actuators = tuple(actuators(model, self._driven, single))
         self._placements = [np.eye(4)]
         for body in range(model.nbody):
             if body:
@@ -197,7 +216,7 @@ class _Reader:
             )
             placed = origin @ _moved(kind, axis, held)
             return replace(joint, type="fixed", origin=placed, armature=())
-        limits, (dynamics, _) = Limits(effort=self._effort(index, at)), self._along(index)
+        limits, (dynamics, _) = self._efforts(index, fixed.name), self._along(index)
         if item.limited[0]:
             lower, upper = (item.range - initial).tolist()
             limits = replace(limits, lower=lower, upper=upper)
@@ -219,18 +238,27 @@ class _Reader:
                 total += gear**2 * float(model.actuator_armature[actuator])
         return armature([total], kind, f"{at}: armature")
 
-    def _effort(self, index: int, at: str) -> float:
-        """Return the greatest effort that all actuators of a joint together may exert."""
-        if not self._model.jnt_actfrclimited[index]:
-            return math.inf
-        least, greatest = self._model.jnt_actfrcrange[index].tolist()
-        if least == -greatest:
-            return float(greatest)
-        self.warnings.append(
-            f"{at}: actuatorfrcrange {least:g} {greatest:g} left out: a limit of effort here "
-            "is the same in both directions"
-        )
-        return math.inf
+    def _efforts(self, index: int, name: str) -> Limits:
+        """Return between which efforts the actuators of a joint together act on it."""
+        acting = [item for item in self.actuators if item.joint == name]
+        found = np.array(UNBOUNDED)
+        if acting:
+            found = np.array(
+                summed_efforts([item.gear for item in acting], [item.force for item in acting])
+            )
+        if self._model.jnt_actfrclimited[index]:
+            found = np.clip(found, *self._model.jnt_actfrcrange[index])
+        least, greatest = found.tolist()
+        return Limits(effort=greatest, least_effort=least)
+
+    def other_actuators(self) -> list[str]:
+        """Return the names of actuators that act by tendons, sites or bodies."""
+        model = self._model
+        return [
+            model.actuator(index).name or str(index + 1)
+            for index in range(len(model.actuator_trntype))
+            if index not in self._driven
+        ]
 
     def _along(self, index: int) -> tuple[Dynamics, list[str]]:
         """Return what rubs and springs along a joint, and what of it no element is made of.
@@ -281,7 +309,7 @@ class _Reader:
         found += _line("option", fluid)
         for kind, count, words in (
             ("tendon", model.ntendon, ("armature", "damping", "stiffness", "frictionloss")),
-            ("actuator", model.nu, ("armature", "damping")),
+            ("actuator", len(model.actuator_trntype), ("armature", "damping")),
         ):
             for index in range(count):
                 # The armature of an actuator is that of the joint along which it acts.

@@ -13,14 +13,16 @@ body with the joints before and behind it; others are refused.
 
 Bodies nested more than 300 deep are written, but not read back by this package.
 
-Limits of position are written where both are finite, those of effort as what MuJoCo lets motors
-exert on a joint; none of velocity, nor names of fixed joints, damping and friction of balls,
-visuals and warnings.
+Limits of position and effort are written where both are finite, those of effort as what MuJoCo lets
+motors exert on a joint unless motors are bounded alike; joints stand in their order as far as
+bodies do. Of what MJCF has no word for, `written` returns a list, without limits of speed,
+which no result judges, names of fixed joints, visuals and warnings.
 """
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from xml.etree.ElementTree import Element, SubElement
 from xml.sax.saxutils import quoteattr
@@ -30,6 +32,7 @@ import pinocchio
 
 from ....core.description.bodies import bodies_of
 from ....core.description.description import (
+    ActuatorDescription,
     Description,
     Dynamics,
     JointDescription,
@@ -38,9 +41,10 @@ from ....core.description.description import (
     LinkDescription,
     LoopDescription,
     elementary,
+    summed_efforts,
 )
 from ....core.description.elements import ROTATION_TOLERANCE, SINGLE_TYPES, unique, words
-from ....kit.arrays import Array, inverse
+from ....kit.arrays import Array, inverse, quaternion_product
 from ....kit.errors import ModelError, choices
 from ..together import together
 
@@ -63,7 +67,13 @@ def to_mjcf(description: Description) -> str:
         ModelError: something has no notation in MJCF: a moving link without mass, a coupling of
             links that several joints move from their common ancestor, a matrix that is no rotation.
     """
-    return _text(_MjcfWriter(description).model())
+    return written(description)[0]
+
+
+def written(description: Description) -> tuple[str, list[str]]:
+    """Return the text of `to_mjcf`, and what of the description is not in it, in words."""
+    writer = _MjcfWriter(description)
+    return _text(writer.model()), [*dict.fromkeys(writer.left_out)]
 
 
 class _MjcfWriter:
@@ -76,6 +86,11 @@ class _MjcfWriter:
         # Of links, and of the bodies that carry the joints of loops.
         self._elements: dict[str, Element] = {}
         self._halves: dict[str, Element] = {}
+        # Of joints with all freedoms: where their bodies stand at first.
+        self._free_at: dict[str, Array] = {}
+        self.left_out: list[str] = []
+        moving = {joint.name: joint for joint in description.joints if joint.type in SINGLE_TYPES}
+        self._actuators = [item for item in description.actuators if item.joint in moving]
         self._world, self._equalities = Element("worldbody"), Element("equality")
         joints = {item.name for item in description.joints_and_loops}
         self._taken = {
@@ -114,18 +129,74 @@ class _MjcfWriter:
             polynomial = words(powers + [0.0] * (_POWERS - len(powers)))
             ends = {"joint1": second, "joint2": first, "polycoef": polynomial}
             SubElement(self._equalities, "joint", {"name": coupling.name, **ends})
-        model, actuator = Element("mujoco", model=description.name), Element("actuator")
-        for joint in description.joints:
-            if joint.name in description.independent_joints and joint.type in SINGLE_TYPES:
-                most = joint.limits.effort
-                ends = {"ctrlrange": words((-most, most))} if np.isfinite(most) else {}
-                SubElement(actuator, "motor", {"joint": joint.name, **ends})
+            if coupling.forces:
+                self.left_out.append(f"forces of coupling {coupling.name!r}")
+        self._write_sites()
+        model = Element("mujoco", model=description.name)
         SubElement(model, "compiler", angle="radian", autolimits="true")
-        gravity = "0 0 0" if description.gravity is None else words(description.gravity)
-        SubElement(model, "option", gravity=gravity)
-        parts = self._world, self._equalities, actuator
+        if description.gravity is not None:
+            SubElement(model, "option", gravity=words(description.gravity))
+        parts = self._world, self._equalities, self._motors(), self._keyframes()
         model.extend(part for part in parts if len(part) or part is self._world)
         return model
+
+    def _motors(self) -> Element:
+        """Return the actuators, and a motor for each driven joint that has none."""
+        result, known = Element("actuator"), {item.joint for item in self._actuators}
+        driven = [
+            ActuatorDescription(
+                joint.name, joint.name, force=joint.limits.efforts, control=joint.limits.efforts
+            )
+            for joint in self._description.joints
+            if joint.name in self._description.independent_joints
+            and joint.type in SINGLE_TYPES
+            and joint.name not in known
+        ]
+        for item in (*self._actuators, *driven):
+            stated = {"name": item.name} if item.name else {}
+            stated |= {"joint": item.joint}
+            if item.gear != 1.0:
+                stated["gear"] = words([item.gear])
+            if not item.is_direct:
+                self.left_out.append(f"law of actuator {item.name!r}, which is a motor now")
+            ranges = {"ctrlrange": item.control, "forcerange": item.force}
+            if item in driven or item.force == item.control:
+                del ranges["forcerange"]
+            stated |= {name: words(ends) for name, ends in ranges.items() if _is_range(ends)}
+            SubElement(result, "motor", stated)
+        return result
+
+    def _write_sites(self) -> None:
+        """Add what is fixed in links, but for sites of loops, which a file written here has."""
+        sites = {item.get("name") for item in self._world.iter("site")}
+        for name, (link, placement) in self._description.frames.items():
+            if link not in self._elements:
+                self.left_out.append(f"frame {name!r}")
+            elif name not in sites:
+                SubElement(self._elements[link], "site", {"name": name, **pose_of(placement, name)})
+
+    def _keyframes(self) -> Element:
+        """Return the keyframes, of which each gives all coordinates in MuJoCo's order."""
+        result = Element("keyframe")
+        joints = [item for item in self._world.iter() if item.tag in ("joint", "freejoint")]
+        for key, positions in self._description.keyframes.items():
+            if any(item.get("name") not in positions for item in joints):
+                self.left_out.append(f"keyframe {key!r}")
+                continue
+            at = [number for item in joints for number in self._counted(item, positions)]
+            SubElement(result, "key", name=key, qpos=words(at))
+        return result
+
+    def _counted(self, joint: Element, positions: Mapping[str, float | Array]) -> Array:
+        """Return the position of a joint as MuJoCo counts it, with real parts first."""
+        name = joint.get("name", "")
+        value = np.atleast_1d(positions[name])
+        if name in self._free_at:
+            start = self._free_at[name]
+            turn = pinocchio.Quaternion(start[:3, :3]).normalized().coeffs()
+            turned = quaternion_product(turn, value[3:])
+            return np.concatenate([start[:3, 3] + start[:3, :3] @ value[:3], np.roll(turned, 1)])
+        return np.roll(value, 1) if joint.get("type") == "ball" else value
 
     def _write_tree(self) -> None:
         """Add the bodies of all links, and those that carry the joints of loops."""
@@ -134,22 +205,22 @@ class _MjcfWriter:
         if root != _WORLD:
             self._elements[root] = self._add(self._world, root, np.eye(4))
             self._weigh(self._elements[root], links[root])
-        waiting: list[tuple[str, list[JointOrLoop]]] = [(root, [])]
+        # What stands last is taken first, so that bodies stand in the order of joints.
+        waiting: list[list[JointOrLoop]] = [[item] for item in reversed(self._carried[root])]
         while waiting:
-            link, before = waiting.pop()
-            for item in reversed(self._carried[link]):
-                chain = [*before, item]
-                if isinstance(item, LoopDescription):
-                    name = unique(f"{item.name}_half", self._taken["body"])
-                    body = self._halves[item.name] = self._body(chain, name, np.eye(4))
-                    SubElement(body, "inertial", inertial_of(self._half(item)))
-                elif self._is_passed_through(item):
-                    waiting.append((item.child, chain))
-                else:
-                    body = self._body(chain, item.child, item.child_placement)
-                    self._weigh(body, links[item.child])
-                    self._elements[item.child] = body
-                    waiting.append((item.child, []))
+            chain = waiting.pop()
+            item = chain[-1]
+            if isinstance(item, LoopDescription):
+                name = unique(f"{item.name}_half", self._taken["body"])
+                body = self._halves[item.name] = self._body(chain, name, np.eye(4))
+                SubElement(body, "inertial", inertial_of(self._half(item)))
+                continue
+            if not self._is_passed_through(item):
+                body = self._body(chain, item.child, item.child_placement)
+                self._weigh(body, links[item.child])
+                self._elements[item.child] = body
+                chain = []
+            waiting += [[*chain, behind] for behind in reversed(self._carried[item.child])]
 
     def _is_passed_through(self, joint: JointDescription) -> bool:
         """Return whether the link of a joint has no mass and no body of its own."""
@@ -202,6 +273,8 @@ class _MjcfWriter:
                 f"free body, not {words(joint.armature)}"
             )
         body = self._add(self._world, name, placement)
+        self._free_at[joint.name] = placement
+        self._note_dynamics(joint)
         if rotors:
             SubElement(body, "joint", type="free", name=joint.name, armature=words(rotors))
         else:
@@ -221,14 +294,36 @@ class _MjcfWriter:
             if count < len(parts):
                 name = unique(f"{item.name}_{count}", self._taken["joint"])
             stated = {"name": name, "type": kind, "pos": words(frame[:3, 3])}
-            if kind != "ball":
+            if kind == "ball":
+                self._note_dynamics(item)
+            else:
                 stated |= {"axis": words(frame[:3, :3] @ axis), **dynamics_of(item.dynamics)}
             if inertia:
                 stated["armature"] = words([inertia])
             # The limits of a joint that turns about two axes are those of either.
             if isinstance(item, JointDescription) and all(kind == other for other, _ in parts):
-                stated |= ranges_of(item.limits)
+                stated |= self._ranges(item)
             SubElement(body, "joint", stated)
+
+    def _note_dynamics(self, item: JointOrLoop) -> None:
+        if item.dynamics.acts:
+            self.left_out.append(f"damping and friction of {item.name!r}")
+
+    def _ranges(self, joint: JointDescription) -> dict[str, str]:
+        """Return the attributes of a joint's limits that its actuators do not have already."""
+        limits, acting = joint.limits, [it for it in self._actuators if it.joint == joint.name]
+        exerted = summed_efforts([it.gear for it in acting], [it.force for it in acting])
+        ranges = ranges_of(limits)
+        stated = {"position": (limits.lower, limits.upper), "effort": limits.efforts}
+        if acting and exerted == limits.efforts:
+            ranges.pop("actuatorfrcrange", None)
+            del stated["effort"]
+        self.left_out += [
+            f"limits of {what} of {joint.name!r}"
+            for what, ends in stated.items()
+            if not _is_range(ends) and any(map(np.isfinite, ends)) and any(ends)
+        ]
+        return ranges
 
     def _weigh(self, element: Element, link: LinkDescription) -> None:
         """Add the mass of a link, or the share of it that no loop's joint carries."""
@@ -332,12 +427,14 @@ def check_kinds(kinds: list[str], body: str) -> None:
 
 def ranges_of(limits: Limits) -> dict[str, str]:
     """Return the attributes of a joint's limits; none where MJCF has no notation for them."""
-    bounds = (limits.lower, limits.upper), (-limits.effort, limits.effort)
-    return {
-        name: words(ends)
-        for name, ends in zip(("range", "actuatorfrcrange"), bounds, strict=True)
-        if np.isfinite(ends).all() and ends[0] < ends[1]
-    }
+    bounds = (limits.lower, limits.upper), limits.efforts
+    names = ("range", "actuatorfrcrange")
+    return {name: words(ends) for name, ends in zip(names, bounds, strict=True) if _is_range(ends)}
+
+
+def _is_range(ends: tuple[float, float]) -> bool:
+    """Return whether MJCF has a notation for a least and a greatest value."""
+    return bool(np.isfinite(ends).all()) and ends[0] < ends[1]
 
 
 def dynamics_of(dynamics: Dynamics) -> dict[str, str]:

@@ -151,7 +151,7 @@ def test_against_mujoco() -> None:
     assert np.rad2deg([limits.lower, limits.upper]) == pytest.approx([-30.0, 60.0])
     shifted, limited = description.warnings
     assert "zero where the file counts 30 (ref)" in shifted
-    assert "limits of 1 joint (j_3) left out" in limited
+    assert "limits of 1 joint (j_3): they hold" in limited
 
 
 def test_what_flags_switch_off_does_not_act() -> None:
