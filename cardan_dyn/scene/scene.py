@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from ..core.results.regressor import Regressor
     from ..core.results.sweep import Sweep
     from ..core.transmission.transmission import Transmission
+    from ..core.transmission.workspace import Workspace
     from ..motion.simulation.equilibrium import Equilibrium
     from ..motion.simulation.trajectory import Trajectory
     from .branches import Branches
@@ -1095,6 +1096,22 @@ class TaskScene(Scene):
         """Return which rows of the task the mechanism reaches, see `Scene.reachable`."""
         with np.errstate(**_OVERFLOW):
             return self._moved.reachable(position, held)
+
+    def workspace(
+        self,
+        ranges: Mapping[str, ArrayLike],
+        at: Mapping[str, ArrayLike] | None = None,
+        *,
+        condition: float | None = None,
+        every_mode: bool = False,
+        samples: int = 49,
+    ) -> Workspace:
+        """Return where two rows of the task can be, and by what that is bordered.
+
+        Arguments and errors as of `Transmission.workspace`, with rows in the place of joints; rows
+        of a rotation vector may rest only. Of more actuated joints than needed, `drives` count.
+        """
+        return self._moved.workspace(ranges, at, samples, condition, every_mode)
 
     def motion_range(self) -> tuple[float, float]:
         """Return between which positions the only row of the task can move [rad or m].
