@@ -37,7 +37,7 @@ def regions(
     """
     columns = min(len(panels), _FEW)
     rows = -(-len(panels) // columns)
-    size = 1.2 + 4.2 * columns, 1.4 + 3.9 * rows
+    size = max(7.2, 1.2 + 4.2 * columns), 1.4 + 3.9 * rows
     drawn = sheet(rows, columns, count=len(panels), size=size, ax=ax, figsize=figsize)
     kinds = list(dict.fromkeys(kind for _, _, curves in panels for kind, _ in curves))
     for panel, (head, region, curves) in zip(drawn.panels, panels, strict=True):

@@ -221,6 +221,10 @@ def test_figure(five_bar: cd.Workspace) -> None:
     assert [panel.get_title() for panel in figure.axes] == [f"mode {mode}" for mode in "ABCD"]
     told = {text.get_text() for text in figure.legends[0].get_texts()}
     assert told == {"end of reach", "motors lose hold", "condition bound"}
+    alone = cd.Workspace(
+        five_bar.names, five_bar.units, five_bar.grid, five_bar.sections[:1]
+    ).plot()
+    check_texts(alone)
     drawn = np.concatenate([line.get_xydata() for line in figure.axes[0].get_lines()])
     assert len(drawn) == sum(len(item.position) for item in five_bar.sections[0].borders)
 
