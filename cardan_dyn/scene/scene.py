@@ -79,8 +79,8 @@ class Scene(Prescribed):
         free: name of the joint whose motion is found, or a list of names: by `simulate`,
             `equilibrium` and `cardan_dyn.vibration`. Beside a task, what it says nothing of.
         held: joints whose position the scene fixes, to their coordinates [rad or m]; those of
-            several to an array of theirs, a ball's also to a unit quaternion. Names alone, such as
-            that of a floating base, are held where `near` says, or else at zero. The moment or
+            several to an array of theirs, a ball's also to a unit quaternion. Names of such
+            joints alone, as of a floating base, are held where `near` says, or else at zero. The moment or
             force that holds them is a result. Any length or angle of the description as well,
             `origin:JOINT.x`, by how much it is greater, see `Mechanism.adjustable`.
         loads: what acts on the mechanism. A joint's name with an effort of any shape [N·m or N],

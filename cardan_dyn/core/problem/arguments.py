@@ -219,11 +219,17 @@ def by_coordinate(mechanism: Mechanism, role: str, given: object) -> dict[str, A
 
 
 def held_there(mechanism: Mechanism, held: object, near: object) -> object:
-    """Return what holds joints: of names alone, where they start, or else at zero."""
-    if held is None or not isinstance(held, str | list | tuple):
+    """Return what holds joints: those of several coordinates, by names alone, where they start.
+
+    Or else at zero.
+    """
+    listed, several = [held] if isinstance(held, str) else held, mechanism.coordinates_together
+    if not isinstance(listed, list | tuple) or not listed:
         return held
+    if not all(isinstance(name, str) and name in several for name in listed):
+        return held  # Where one coordinate is held is said.
     at = by_coordinate(mechanism, "near", keyframe(mechanism, near))
-    return {name: at.get(name, 0.0) for name in each_coordinate(mechanism, names("held", held))}
+    return {name: at.get(name, 0.0) for name in each_coordinate(mechanism, names("held", listed))}
 
 
 def _angles(mechanism: Mechanism, joint: Joint, label: str, given: object) -> Array:
