@@ -80,8 +80,8 @@ class Scene(Prescribed):
             `equilibrium` and `cardan_dyn.vibration`. Beside a task, what it says nothing of.
         held: joints whose position the scene fixes, to their coordinates [rad or m]; those of
             several to an array of theirs, a ball's also to a unit quaternion. Names of such
-            joints alone, as of a floating base, are held where `near` says, or else at zero. The moment or
-            force that holds them is a result. Any length or angle of the description as well,
+            joints alone, as of a floating base, are held where `near` says, or else at zero. The
+            moment or force that holds them is a result. Any length or angle of the description,
             `origin:JOINT.x`, by how much it is greater, see `Mechanism.adjustable`.
         loads: what acts on the mechanism. A joint's name with an effort of any shape [N·m or N],
             positive in the sense of the joint's coordinate; a link's name with a `Wrench`, or with
