@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from .core.transmission.fitted import FittedTransmission
     from .core.transmission.reduced import ReducedTree
     from .core.transmission.transmission import Transmission
+    from .core.transmission.workspace import BorderCurve, Workspace
     from .kit.errors import (
         AccuracyError,
         ArgumentError,
@@ -92,6 +93,7 @@ _MODULES = {
     "BaseParameters": ".core.results.regressor",
     "BearingForces": ".core.results.wrench",
     "Border": ".core.transmission.borders",
+    "BorderCurve": ".core.transmission.workspace",
     "Branches": ".scene.branches",
     "Bushing": ".core.elements.bushing",
     "CardanError": ".kit.errors",
@@ -146,6 +148,7 @@ _MODULES = {
     "Transmission": ".core.transmission.transmission",
     "VibrationError": ".kit.errors",
     "View": ".practice.viewer.viewing",
+    "Workspace": ".core.transmission.workspace",
     "Wrench": ".core.elements.link_loads",
     "assemble": ".scene.assembling",
     "bundled_names": ".core.description.read",
@@ -173,6 +176,7 @@ __all__ = [
     "BaseParameters",
     "BearingForces",
     "Border",
+    "BorderCurve",
     "Branches",
     "Bushing",
     "CardanError",
@@ -229,6 +233,7 @@ __all__ = [
     "Transmission",
     "VibrationError",
     "View",
+    "Workspace",
     "Wrench",
     "__version__",
     "analytic",

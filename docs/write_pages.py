@@ -150,10 +150,11 @@ _MEMBERS = {
     ),
     "Transmission": (
         ("Positions", ("joints_of", "actuated_of")),
-        ("Rates", ("jacobian", "jacobian_rate", "singular_values", "borders")),
+        ("Rates", ("jacobian", "jacobian_rate", "singular_values", "borders", "workspace")),
         ("Efforts", ("reflected_inertia", "speed_limits", "effort_limits")),
         ("For controllers", ("fitted", "write_c", "reduced")),
     ),
+    "Workspace": (("The whole", ("plot",)),),
 }
 """What users ask of a class, by class and subject."""
 
@@ -186,7 +187,7 @@ def interface(linked: bool = False) -> str:
         ),
         "results": (
             *("Sweep", "TaskSweep", "Trajectory", "TaskTrajectory", "Response", "Transmission"),
-            "Report",
+            *("Workspace", "Report"),
         ),
         "force elements": (
             *("JointSpring", "PointSpring", "Bushing", "JointFriction", "Actuator"),

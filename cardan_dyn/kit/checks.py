@@ -364,6 +364,18 @@ def vector(name: str, value: object, size: int) -> Array:
     return array
 
 
+def interval(name: str, value: object) -> tuple[float, float]:
+    """Return an argument that is a least and a greatest number.
+
+    Raises:
+        ArgumentError: they are none.
+    """
+    low, high = vector(name, value, 2).tolist()
+    if not low < high:
+        raise ArgumentError(f"{name}: {low:g} to {high:g} is no range")
+    return low, high
+
+
 def placement(name: str, value: object) -> Array:
     """Return an argument as a placement `(4, 4)`; a point `(3,)` has the axes of its frame.
 

@@ -41,13 +41,13 @@ def zero(value: Callable[[float], float], low: float, high: float) -> float:
 
 
 def zeros(
-    look: Callable[[Array], Array], ends: tuple[Array, Array], values: tuple[Array, Array]
+    look: Callable[[Array, Array], Array], ends: tuple[Array, Array], values: tuple[Array, Array]
 ) -> Array:
-    """Return where a function passes through zero between times, to rounding.
+    """Return where functions pass through zero between times, to rounding.
 
     Args:
-        look: returns values at times `(N,)`.
-        ends: times `(N,)` between which it does.
+        look: returns values at times, of the functions with some indices.
+        ends: times `(N,)` between which they do.
         values: at them.
 
     Source: Chandrupatla, A new hybrid quadratic/bisection algorithm for finding the zero of a
@@ -58,7 +58,7 @@ def zeros(
     part, active = np.full(len(a), 0.5), np.arange(len(a))
     while active.size:
         new = a + part * (b - a)
-        value = look(new)
+        value = look(new, active)
         same = np.sign(value) == np.sign(at_a)
         # The last of them is a, the bracket from a to b, and c was left out of it.
         c, at_c = np.where(same, a, b), np.where(same, at_a, at_b)

@@ -15,7 +15,7 @@ import numpy as np
 from ..core.dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..core.elements.link_loads import Wrench
 from ..core.mechanism.mechanism import Mechanism
-from ..core.problem.arguments import by_coordinate, checked, held_positions
+from ..core.problem.arguments import by_coordinate, checked, held_positions, held_there
 from ..core.problem.coordinate_names import check_single, each_coordinate
 from ..core.problem.problem import Problem
 from ..core.problem.samples import acting_on, common_shape, targets_of
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from ..core.results.regressor import Regressor
     from ..core.results.sweep import Sweep
     from ..core.transmission.transmission import Transmission
+    from ..core.transmission.workspace import Workspace
     from ..motion.simulation.equilibrium import Equilibrium
     from ..motion.simulation.trajectory import Trajectory
     from .branches import Branches
@@ -78,8 +79,9 @@ class Scene(Prescribed):
         free: name of the joint whose motion is found, or a list of names: by `simulate`,
             `equilibrium` and `cardan_dyn.vibration`. Beside a task, what it says nothing of.
         held: joints whose position the scene fixes, to their coordinates [rad or m]; those of
-            several to an array of theirs, a ball's also to a unit quaternion. The moment
-            or force that holds them is a result. Any length or angle of the description as well,
+            several to an array of theirs, a ball's also to a unit quaternion. Names of such
+            joints alone, as of a floating base, are held where `near` says, or else at zero. The
+            moment or force that holds them is a result. Any length or angle of the description,
             `origin:JOINT.x`, by how much it is greater, see `Mechanism.adjustable`.
         loads: what acts on the mechanism. A joint's name with an effort of any shape [N·m or N],
             positive in the sense of the joint's coordinate; a link's name with a `Wrench`, or with
@@ -190,7 +192,7 @@ class Scene(Prescribed):
         *,
         drive: str | Sequence[str] | None = None,
         free: str | Sequence[str] | None = None,
-        held: Mapping[str, ArrayLike] | None = None,
+        held: Mapping[str, ArrayLike] | str | Sequence[str] | None = None,
         loads: Mapping[str, object] | None = None,
         gravity: ArrayLike | str | None = None,
         outputs: Sequence[str] | None = None,
@@ -286,6 +288,9 @@ class Scene(Prescribed):
     def _changed(self, changes: Mapping[str, Any]) -> Problem:
         """Return the problem of the scene that `replace` makes."""
         problem, held = self._problem, changes.get("held", ())
+        if "held" in changes:
+            held = held_there(self.mechanism, held, changes.get("near", self.near))
+            changes = {**changes, "held": held}
         # Loops of a user hold a joint elsewhere again and again: nothing else is checked anew.
         known = isinstance(held, Mapping) and len(changes) == 1
         known = known and held.keys() <= problem.held.keys() - problem.near.keys()
@@ -1095,6 +1100,22 @@ class TaskScene(Scene):
         """Return which rows of the task the mechanism reaches, see `Scene.reachable`."""
         with np.errstate(**_OVERFLOW):
             return self._moved.reachable(position, held)
+
+    def workspace(
+        self,
+        ranges: Mapping[str, ArrayLike],
+        at: Mapping[str, ArrayLike] | None = None,
+        *,
+        condition: float | None = None,
+        every_mode: bool = False,
+        samples: int = 49,
+    ) -> Workspace:
+        """Return where two rows of the task can be, and by what that is bordered.
+
+        Arguments and errors as of `Transmission.workspace`, with rows in the place of joints; rows
+        of a rotation vector may rest only. Of more actuated joints than needed, `drives` count.
+        """
+        return self._moved.workspace(ranges, at, samples, condition, every_mode)
 
     def motion_range(self) -> tuple[float, float]:
         """Return between which positions the only row of the task can move [rad or m].

@@ -45,6 +45,7 @@ from .tasks import KINDS, Block, Task, followers
 
 if TYPE_CHECKING:
     from ..core.results.sweep import Sweep
+    from ..core.transmission.workspace import Workspace
 
 _FIRST = (
     "a singular configuration of the first kind, where the task ends the reach of the mechanism or "
@@ -156,6 +157,25 @@ class TaskMotion(Frozen):
             solver = self.follower.of_varied(targets.varied)
             reached = reached | solver.assembly.reachable(targets).reshape(targets.shape)
         return reached
+
+    def workspace(self, *asked: Any) -> Workspace:
+        """Return where two rows can be, see `TaskScene.workspace`."""
+        from ..core.transmission.chart import Chart  # Few scripts ask for one.
+        from ..core.transmission.workspace import Rows, workspace
+
+        counted = [name for block in self._blocks for name in block.drives[: len(block.rows)]]
+        chart = Chart(self.follower, self.machine.problem.independent, counted)
+        start = self.follower.assembly.start[chart.columns]
+        for block in self._blocks:
+            if block.turned is not None and (
+                turns := {*block.rows[3:]} & {*mapping("ranges", asked[0])}
+            ):
+                raise ArgumentError(
+                    f"ranges: {choices(turns)} are of a rotation vector, along which no straight "
+                    "line leads; give positions ranges, and rotations in at="
+                )
+        rows = Rows(self.rows, self._rows_at(start), lambda given: self._columns(given, False))
+        return workspace(chart, rows, *asked)
 
     def range(self) -> tuple[float, float]:
         """Return between which positions the only row can move, see `Scene.motion_range`."""

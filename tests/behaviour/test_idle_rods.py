@@ -418,3 +418,17 @@ def test_a_rod_spins_once_however_its_balls_are_written(mass: float) -> None:
     assert len(found.idle_rods) == 6
     np.testing.assert_allclose(found.drive_effort, expected.drive_effort, rtol=1e-11)
     np.testing.assert_allclose(found["foot_1"].force, expected["foot_1"].force, atol=1e-10)
+
+
+def test_spins_without_inertia_are_no_motion_in_time() -> None:
+    """Nothing says how they spin: the rod is named, and with inertia it is simulated."""
+    text, inertia = machines.stewart(), '<inertia ixx="0.01" iyy="0.01" izz="0.001"/>'
+    for k in range(6):
+        if k in (3, 5):
+            scene = cd.Scene(cd.load(text), free=machines.LEGS, gravity=(0.0, 0.0, -9.81))
+            with pytest.raises(cd.ModelError, match=rf"rod between foot_{k}, head_{k} may spin"):
+                scene.simulate(0.01)
+        massive = f'<link name="lower_{k}"><inertial><mass value="1"/>{inertia}</inertial></link>'
+        text = text.replace(f'<link name="lower_{k}"/>', massive)
+    scene = cd.Scene(cd.load(text), free=machines.LEGS, gravity=(0.0, 0.0, -9.81))
+    assert scene.simulate(0.01).effort_residual < 1e-11

@@ -367,3 +367,24 @@ def test_figures_of_a_task_tell_of_the_task() -> None:
     assert figure.axes[0].get_title() == "five_bar: load.x 0 m, load.y 260 … 310 mm"
     assert figure.axes[-1].get_xlabel() == "load.y [mm]"
     assert sweep.plot("condition").axes[0].get_xlabel() == "load.y [mm]"
+
+
+def test_functions_that_cannot_be_pickled_stay_behind() -> None:
+    """A copy knows what it was asked and what happens at its times, and says what it does not."""
+
+    def pushed(time: float) -> tuple[float, float, float]:
+        return 0.5 * time**2, time, 1.0
+
+    motion = {"travel": pushed}
+    for scene in crane(task="travel"), crane(task=None, actuated=None, drive="travel"):
+        found = scene.simulate(0.3, motion=motion)
+        assert found.energy_residual < 1e-9
+        again = pickle.loads(pickle.dumps(found))
+        assert again.energy_residual == found.energy_residual
+        for name in "position", "drive_effort", "time":
+            assert np.array_equal(getattr(again, name), getattr(found, name))
+        with pytest.raises(cd.ArgumentError, match=r"motion\['travel'\] is a function that cannot"):
+            again.at([0.1]).drive_effort  # noqa: B018
+        fresh = pickle.loads(pickle.dumps(scene.simulate(0.3, motion=motion)))
+        with pytest.raises(cd.ArgumentError, match="ask before it is copied"):
+            fresh.energy_residual  # noqa: B018

@@ -418,6 +418,13 @@ def test_four_bar_knee() -> None:
     found = knee.borders(0.0, 2.0 * np.pi)
     assert [item.kind for item in found] == [1, 1]
     assert [item.position for item in found] == pytest.approx(along, abs=1e-12)
+    # The rocker turns back there: its ends, counted from the start, by the same triangles.
+    back = scene.transmission("rocker_bearing", "crank_bearing")
+    inside = [np.arccos((470**2 + 250**2 - length**2) / (2 * 470 * 250)) for length in (480, 320)]
+    ends = np.array([item.position for item in back.borders(-1.5, 1.5)])
+    assert [item.kind for item in back.borders(-1.5, 1.5)] == [2, 2]
+    assert np.ptp(ends) == pytest.approx(np.ptp(inside), abs=1e-13)
+    assert ends == pytest.approx(np.sort(knee.joints_of(along).position), abs=1e-13)
     # Beyond them, another crank position brings the rocker to the same place.
     there = knee.joints_of(2.0).position
     back = knee.actuated_of(there).position

@@ -121,3 +121,19 @@ def test_a_joint_called_like_a_coordinate_is_meant() -> None:
     for given in ({"free": "base"}, {"drive": "base.turn_1", "held": {"base": [0.1, 0.2]}}):
         with pytest.raises(cd.ArgumentError, match="is a universal joint; name one of its"):
             cd.Scene(mechanism, **given)
+
+
+def test_a_name_alone_is_held_where_it_starts() -> None:
+    mechanism = arm()
+    for held in "base", ["base"]:
+        at_zero = cd.Scene(mechanism, drive="h", held=held)
+        assert dict(at_zero.held) == dict.fromkeys(BASE, 0.0)
+    there = cd.Scene(mechanism, drive="h", held="base", near={"base": AT})
+    assert dict(there.held) == dict(zip(BASE, AT.tolist(), strict=True))
+    assert_same(there.sweep([0.2]), cd.Scene(mechanism, drive="h", held={"base": AT}).sweep([0.2]))
+    freed = cd.Scene(mechanism, drive="h", free="base", near={"base": AT})
+    assert dict(freed.replace(held="base").held) == dict(there.held)
+    assert freed.replace(held="base").free == ()
+    for held in "bass", ["base", "base.x"], "h":
+        with pytest.raises(cd.ArgumentError, match="expected a mapping of names"):
+            cd.Scene(mechanism, drive="h", held=held)

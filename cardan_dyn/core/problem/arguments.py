@@ -45,7 +45,7 @@ def checked(
     *,
     drive: str | Sequence[str] | None = None,
     free: str | Sequence[str] | None = None,
-    held: Mapping[str, ArrayLike] | None = None,
+    held: Mapping[str, ArrayLike] | str | Sequence[str] | None = None,
     loads: Mapping[str, object] | None = None,
     gravity: ArrayLike | str | None = None,
     outputs: Sequence[str] | None = None,
@@ -60,9 +60,9 @@ def checked(
         raise ArgumentError(
             f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
         )
-    held = by_coordinate(mechanism, "held", held)
     is_keyframe = isinstance(near, str)
     near, loads = mapping("near", keyframe(mechanism, near)), mapping("loads", loads)
+    held = by_coordinate(mechanism, "held", held_there(mechanism, held, near))
     if is_keyframe:
         near = {name: value for name, value in near.items() if name not in held}
     if drive is None and not free:
@@ -216,6 +216,20 @@ def by_coordinate(mechanism: Mechanism, role: str, given: object) -> dict[str, A
             raise ArgumentError(f"{role}: {choices(twice)} is given by itself and with its joint")
         result |= parts
     return result
+
+
+def held_there(mechanism: Mechanism, held: object, near: object) -> object:
+    """Return what holds joints: those of several coordinates, by names alone, where they start.
+
+    Or else at zero.
+    """
+    listed, several = [held] if isinstance(held, str) else held, mechanism.coordinates_together
+    if not isinstance(listed, list | tuple) or not listed:
+        return held
+    if not all(isinstance(name, str) and name in several for name in listed):
+        return held  # Where one coordinate is held is said.
+    at = by_coordinate(mechanism, "near", keyframe(mechanism, near))
+    return {name: at.get(name, 0.0) for name in each_coordinate(mechanism, names("held", listed))}
 
 
 def _angles(mechanism: Mechanism, joint: Joint, label: str, given: object) -> Array:

@@ -7,14 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kit.arrays import EPS, Array
+from ...kit.arrays import Array
 from ...kit.errors import ArgumentError, as_position
 from ...kit.roots import zeros
-from ..problem.samples import targets_of
-from .way import SolvedWay
-
-_SECTIONS = 16
-"""Parts into which an interval with an end of reach is divided at a time."""
+from .chart import Chart
 
 
 class Border(NamedTuple):
@@ -35,57 +31,44 @@ class Border(NamedTuple):
     part: float
 
 
-def borders(way: SolvedWay, start: Array, end: Array, samples: int) -> list[Border]:
-    """Return the borders on a line, see `Transmission.borders`.
+def borders(chart: Chart, start: Array, end: Array, samples: int) -> list[tuple[int, float]]:
+    """Return kinds and parts of the borders on a line, see `Transmission.borders`.
 
     Args:
-        way: from the actuated to the joints.
+        chart: whose given side the actuated are.
         start: `(n,)`.
         end: `(n,)`.
         samples: at which the line is looked at.
     """
-
-    def placed(parts: Array) -> Array:
-        return start + parts[:, None] * (end - start)
-
-    def reached(parts: Array) -> Array:
-        return way.solver.assembly.reachable(targets_of(way.problem, placed(parts), None))
-
-    def turned(parts: Array) -> Array:
-        return np.asarray(np.linalg.det(way.scaled(way.at(placed(parts))[1])))
-
     parts = np.linspace(0.0, 1.0, samples)
-    is_there = reached(parts)
+    nodes = start + parts[:, None] * (end - start)
+    x, is_there = chart.led(chart.solver.assembly.start[None, :], nodes)
     if not np.any(is_there):
         raise ArgumentError(
             f"nothing of the line from {as_position(start)} to {as_position(end)} can be reached"
         )
-    (changes,) = np.nonzero(is_there[1:] != is_there[:-1])
-    inside, outside = (
-        np.where(is_there[changes] == side, parts[changes], parts[changes + 1])
-        for side in (True, False)
-    )
-    # What cannot be reached takes long to tell, however many places are asked for.
-    while len(inside) and np.max(np.abs(outside - inside)) > np.sqrt(EPS):
-        between = np.linspace(inside, outside, _SECTIONS + 1, axis=1)
-        goes = reached(between.ravel()).reshape(between.shape)
-        goes[:, 0], goes[:, -1] = True, False
-        last, each = np.argmin(goes, axis=1), np.arange(len(inside))
-        inside, outside = between[each, last - 1], between[each, last]
-    found = [(2, float(part)) for part in inside]
-    known = parts[is_there]
-    values = turned(known)
-    rows = [
-        pair
-        for pair in pairwise(zip(known, values, strict=True))
-        if pair[0][1] * pair[1][1] < 0.0 and pair[1][0] - pair[0][0] < 1.5 / (samples - 1)
-    ]
-    if rows:
-        table = np.array(rows)
-        ends = table[:, 0, 0], table[:, 1, 0]
-        found += [(1, float(x)) for x in zeros(turned, ends, (table[:, 0, 1], table[:, 1, 1]))]
-    found += [(1, float(x)) for x in known[values == 0.0]]
-    return [
-        Border(kind, way.given.shown(placed(np.array([part])))[0], part)
-        for kind, part in sorted(found, key=lambda item: item[1])
-    ]
+    index, found = np.arange(samples), list[tuple[int, float]]()
+    for step in (1, -1):
+        order = index[::step]
+        for at, to in pairwise(order):
+            if is_there[at] and not is_there[to]:
+                near, ends = chart.led(x[at][None, :], nodes[to][None, :])
+                if ends[0]:
+                    x[to], is_there[to] = near[0], True
+                    continue
+                turning = chart.turning(x[at][None, :], nodes[to][None, :], near)
+                found.append((2, float(parts[at] + turning.part[0] * (parts[to] - parts[at]))))
+    values = np.full(samples, np.nan)
+    values[is_there] = np.linalg.det(chart.slopes(x[is_there]))
+    found += [(1, float(part)) for part in parts[values == 0.0]]
+    (passed,) = np.nonzero(values[:-1] * values[1:] < 0.0)
+    if passed.size:
+        places = chart.between(x[passed], x[passed + 1])
+
+        def turned(part: Array, edges: Array) -> Array:
+            return np.asarray(np.linalg.det(chart.slopes(places(part, edges))))
+
+        span = np.zeros(len(passed)), np.ones(len(passed))
+        part = zeros(turned, span, (values[passed], values[passed + 1]))
+        found += [(1, float(at)) for at in parts[passed] + part * (parts[1] - parts[0])]
+    return sorted(found, key=lambda item: item[1])

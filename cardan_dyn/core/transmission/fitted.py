@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...kit.arrays import Array
-from ...kit.checks import file_path, mapping, text, vector, writing
+from ...kit.checks import file_path, interval, mapping, text, writing
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import frozen
 from ..tape import function_name
@@ -133,9 +133,6 @@ def _range(way: SolvedWay, given: object) -> tuple[Array, Array]:
                 f"{label}: the description does not limit it on both sides; say between which "
                 f"positions: {side.role}={{{name!r}: (low, high)}}"
             )
-        row = vector(label, stated.get(name, (limits.lower, limits.upper)), 2)
-        if not row[0] < row[1]:
-            raise ArgumentError(f"{label}: {row[0]:g} to {row[1]:g} is no range")
-        rows.append(row)
+        rows.append(interval(label, stated.get(name, (limits.lower, limits.upper))))
     low, high = np.transpose(rows)
     return low, high

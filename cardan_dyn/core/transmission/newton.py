@@ -37,6 +37,8 @@ _SAMPLES = 1000
 measured."""
 _EXACT = float(np.sqrt(EPS))
 """Newton step that leaves rounding: its square."""
+_NO_STEP = np.array(np.inf)
+"""Whether a step holds, before there was one."""
 MOST_STEPS = 6
 """Newton steps at most: they double the digits, and 2⁶ bits are more than a number has."""
 
@@ -134,11 +136,11 @@ class FittedWay(Way):
                 "what is fitted holds joints where the scene does: fit that of "
                 "scene.replace(held={...})"
             )
-        outside = ~((position >= self.low) & (position <= self.high))
-        if np.any(outside):
-            *_, k = np.argwhere(outside)[0]
+        inside = (position >= self.low) & (position <= self.high)
+        if not inside.all():
+            *_, k = np.argwhere(~inside)[0]
             raise ArgumentError(
-                f"{self.given.names[k]} is {position[outside][0]:.12g}, outside of the range "
+                f"{self.given.names[k]} is {position[~inside][0]:.12g}, outside of the range "
                 f"{self.low[k]:.12g} to {self.high[k]:.12g} that was fitted"
             )
         given = position.reshape(-1, len(self.low)).T
@@ -150,7 +152,7 @@ class FittedWay(Way):
                 f"{choices(self.given.names)}; fit smaller ranges",
                 position=lost,
             )
-        values, slopes = np.split(found.T, [len(self.low)], axis=1)
+        values, slopes = found[: len(self.low)].T, found[len(self.low) :].T
         return values.reshape(position.shape), slopes.reshape(*position.shape, len(self.low))
 
     def _staged(self, start: Program, most: int) -> list[Stages]:
@@ -169,18 +171,22 @@ class FittedWay(Way):
     def _found(self, staged: Sequence[Stages], given: Array) -> tuple[Array, Array]:
         """Return values and slopes `(n + n², N)` at positions `(n, N)`, and those left (index)."""
         size, count = given.shape
-        found, left = np.full((size * (size + 1), count), np.nan), np.arange(count)
+        found, left = None, np.arange(count)
         for stages in staged:
-            rows = [*np.ascontiguousarray(given[:, left])]
+            rows = [*np.ascontiguousarray(given if found is None else given[:, left])]
             passed = [None] * stages.stages[0].program.outputs
-            last = np.array(np.inf)
-            inputs = [rows, [*rows, *passed, last], [*rows, *passed]]
+            inputs = [rows, [*rows, *passed, _NO_STEP], [*rows, *passed]]
             closed, result = stages.run_values(inputs, len(left))
             holds = closed[-1] <= 1.0
+            if found is None and holds.all():
+                return result, left[:0]  # As most are.
+            if found is None:
+                found = np.full((size * (size + 1), count), np.nan)
             found[:, left[holds]] = result[:, holds]
             left = left[~holds]
             if not len(left):
                 break
+        assert found is not None
         return found, left
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .borders import Border
     from .fitted import FittedTransmission
     from .reduced import ReducedTree
+    from .workspace import Workspace
 
 
 class Transmission(Maps):
@@ -43,6 +44,7 @@ class Transmission(Maps):
         "inverse ik inverse_kinematics to_motors motors_of": "transmission.actuated_of(joints)",
         "limits polygon": "transmission.speed_limits(actuated), effort_limits(actuated)",
         "condition singularities": "transmission.singular_values(actuated), borders(start, end)",
+        "reach reachable envelope": "transmission.workspace(ranges)",
         "armature": "transmission.reduced().armature",
         "inertia mass_matrix": "transmission.reflected_inertia(actuated)",
         "fit compile": "transmission.fitted(), transmission.write_c(path)",
@@ -153,7 +155,7 @@ class Transmission(Maps):
     def borders(self, start: ArrayLike, end: ArrayLike, *, samples: int = 129) -> list[Border]:
         """Return where the transmission is singular on a straight line of actuated positions.
 
-        Those of the first kind are found to rounding, ends of reach to 1e-8 of the line. Places
+        They are found to rounding; ends of reach to 1e-8 of the line where both kinds meet. Places
         where det J touches zero without passing through it, and pairs that lie between two samples,
         are not found.
 
@@ -168,11 +170,54 @@ class Transmission(Maps):
         Raises:
             ArgumentError: nothing of the line can be reached, or see `joints_of`.
         """
-        from .borders import borders
+        from .borders import Border, borders
+        from .chart import Chart
 
         side = self._forward.given
         first, last = side.rows("start", start), side.rows("end", end)
-        return borders(self._forward, first, last, whole("samples", samples, 2))
+        chart = Chart(self._forward.solver, self.joints)
+        found = borders(chart, first, last, whole("samples", samples, 2))
+        return [
+            Border(kind, side.shown(first + part * (last - first)), part) for kind, part in found
+        ]
+
+    def workspace(
+        self,
+        ranges: Mapping[str, ArrayLike],
+        at: Mapping[str, ArrayLike] | None = None,
+        *,
+        condition: float | None = None,
+        every_mode: bool = False,
+        samples: int = 49,
+    ) -> Workspace:
+        """Return where two joints can be, and by what that is bordered.
+
+        Borders are ends of reach, where motors lose hold, limits of all joints in the description,
+        and a bound of the condition number; `.plot()` draws them. Grid lines of both joints are
+        followed as far as loops close; where they meet borders is found to rounding. What a border
+        does within a cell of the grid, and one that passes an edge twice, is not seen.
+
+        Args:
+            ranges: two of the joints to their least and greatest positions [rad or m].
+            at: others to a position at which they rest [rad or m], or to several, each of which
+                makes a section; where the scene starts if left out.
+            condition: bound of the ratio of singular values, see `singular_values`; none if None.
+            every_mode: whether all working modes are looked for, in which motors and other joints
+                can be while the joints are where the scene starts; else it is that of the scene.
+            samples: positions of each range.
+
+        Raises:
+            ArgumentError: not two ranges, or names of other coordinates.
+            AssemblyError: nothing of them is reached.
+            CardanError: as of a scene that the joints drive.
+        """
+        from .chart import Chart
+        from .workspace import Rows, workspace
+
+        way = self._backward
+        rows = Rows(self.joints, way.start, np.asarray)
+        asked = ranges, at, samples, condition, every_mode
+        return workspace(Chart(way.solver, self.actuated), rows, *asked)
 
     def reduced(self, joints: ArrayLike | None = None) -> ReducedTree:
         """Return the tree that is left without motors, rods and loops, with joints driven directly.

@@ -114,7 +114,6 @@ class Way(ABC):
         of = self.given
         at = of.rows(of.role, position)
         values, jacobian = self.at(at, held)
-        at = np.broadcast_to(at, values.shape)
         moving = forces = None
         if speed is not None:
             rates = of.rows("speed", speed)
@@ -122,7 +121,7 @@ class Way(ABC):
         if effort is not None:
             # What the one side does is what the other takes: Jᵀ forces = effort.
             efforts = of.rows("effort", effort)
-            self.refuse_singular(at, jacobian)
+            self.refuse_singular(np.broadcast_to(at, values.shape), jacobian)
             forces = np.linalg.solve(np.swapaxes(jacobian, -1, -2), efforts[..., None])[..., 0]
             forces = self.found.shown(forces)
         return Mapped(self.found.shown(values), moving, forces)

@@ -280,7 +280,7 @@ class _Track:
         before, after = np.sign(values[:-1]), np.sign(values[1:])
         passes = (before != 0.0) & (before != after) & (before * self.event.direction <= 0.0)
         ends = (times[:-1][passes], times[1:][passes]), (values[:-1][passes], values[1:][passes])
-        return zeros(look, *ends).tolist()
+        return zeros(lambda times, _: look(times), *ends).tolist()
 
     def _seen(
         self, start: float, end: float, look: Callable[[Array], Array], states: Reading

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -58,6 +59,14 @@ class Written:
     functions: tuple[Callable[[float], Any], ...]
     kinks: tuple[float, ...] = ()
 
+    def __reduce__(self) -> tuple[object, ...]:
+        given = self.label, self.functions, self.kinks
+        try:
+            pickle.dumps(given)
+        except (pickle.PicklingError, AttributeError, TypeError):
+            return LeftBehind, (self.label,)
+        return Written, given
+
     def __call__(self, time: float) -> tuple[float, float, float]:
         """Return position, speed and acceleration.
 
@@ -79,6 +88,30 @@ class Written:
                 f"acceleration; {_ADVICE}"
             ) from None
         return position, speed, acceleration
+
+
+@dataclass(frozen=True)
+class LeftBehind:
+    """Motion whose functions cannot be pickled, such as those that functions return.
+
+    Attributes:
+        label: of messages.
+    """
+
+    label: str
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        """Refuse.
+
+        Raises:
+            ArgumentError: always.
+        """
+        raise ArgumentError(
+            f"{self.label} is a function that cannot be pickled, so that this copy knows its own "
+            f"times and what was asked of it before, and nothing at {time:g} s: ask before it is "
+            "copied, trajectory.at(times) for other times, or define the function at the top of a "
+            "module"
+        )
 
 
 def prescribed_motions(

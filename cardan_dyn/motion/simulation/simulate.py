@@ -6,9 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+import pinocchio
+
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.elements.pin_contact import PinContact
 from ...core.kinematics.loops.idle_rods import rods_of
+from ...kit.arrays import EPS, NOTHING
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, ModelError, choices
 from .energy_functions import NotSuitableError
@@ -36,6 +40,7 @@ def simulated(solver: ProblemSolver, *, method: Any = None, **asked: Any) -> Tra
             f"{solver.problem.mechanism.name}: no body has mass, so that no motion follows from "
             "what acts; give links an <inertial>, or prescribe the motion: Scene.sweep"
         )
+    _refuse_weightless_spins(solver)
     setup = setup_of(solver, method=method, **asked)
     against = _reasons_against(
         setup.solver,
@@ -66,6 +71,36 @@ def _has_mass(solver: ProblemSolver) -> bool:
         for body, inertia in enumerate(mechanism.model.inertias)
         if body
     )
+
+
+def _refuse_weightless_spins(solver: ProblemSolver) -> None:
+    """Refuse rods that may spin about their lines and have no inertia about them.
+
+    Raises:
+        ModelError: there is one.
+    """
+    problem = solver.problem
+    if not (rods := rods_of(problem)):
+        return
+    mechanism, start = problem.mechanism, solver.assembly.start[None, :]
+    model, layout = mechanism.model, mechanism.coordinates
+    masses = pinocchio.crba(model, model.createData(), layout.configuration(start)[0])
+    masses = np.triu(masses) + np.triu(masses, 1).T
+    least = EPS * pinocchio.computeTotalMass(model) * mechanism.characteristic_length**2
+    for group in solver.assembly.kinematics.evaluate(start).groups:
+        rates = np.zeros(model.nv)
+        for spin in group.inverse[0, group.error.shape[1] :]:
+            rates[group.group.passives] = spin
+            if rates @ masses @ rates <= least:
+                moving = {*np.flatnonzero(np.abs(rates) > NOTHING).tolist()}
+                joints = {mechanism.drivable[name].joint for name in layout.names_of(moving)}
+                rod = max(rods, key=lambda names: len(joints.intersection(names)))
+                raise ModelError(
+                    f"{mechanism.name}: the rod between {choices(rod)} may spin about its line and "
+                    "has no inertia about it, so that nothing says how it spins: give its link an "
+                    "<inertial>, or a universal joint in place of one of its balls",
+                    name=rod[0],
+                )
 
 
 def _reasons_against(

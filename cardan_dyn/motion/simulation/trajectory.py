@@ -302,7 +302,9 @@ class Trajectory(MotionResult):
         except CardanError:
             known = {}  # The copy is refused where it is read, as this is.
         known |= {
-            name: self.__dict__[name] for name in ("work", "_misfit") if name in self.__dict__
+            name: self.__dict__[name]
+            for name in ("work", "_misfit", "_begun")
+            if name in self.__dict__
         }
         return made, (type(self), {"course": self._course, "time": self.time}, known)
 
@@ -696,11 +698,15 @@ class Trajectory(MotionResult):
     @cached_property
     def energy_residual(self) -> float:
         """Greatest change of energy less work, as a fraction of `energy_scale`."""
-        start = self.at([0.0])
         energy = self.kinetic_energy + self.potential_energy
-        begun = start.kinetic_energy[0] + start.potential_energy[0]
-        change = float(np.max(np.abs(energy - begun - self.work)))
+        change = float(np.max(np.abs(energy - sum(self._begun) - self.work)))
         return change / self.energy_scale if change else 0.0
+
+    @cached_property
+    def _begun(self) -> tuple[float, float]:
+        """Kinetic and potential energy at time 0 [J]."""
+        start = self if self.time[0] == 0.0 else self.at([0.0])
+        return float(start.kinetic_energy[0]), float(start.potential_energy[0])
 
     @property
     def energy_scale(self) -> float:
@@ -712,10 +718,9 @@ class Trajectory(MotionResult):
         all bodies over that length. So motion that hardly moves is not measured by what rounding
         leaves of it.
         """
-        start = self.at([0.0])
         return max(
             float(np.max(self.kinetic_energy)),
-            float(np.max(np.abs(self.potential_energy - start.potential_energy[0]))),
+            float(np.max(np.abs(self.potential_energy - self._begun[1]))),
             float(np.max(np.abs(self.work))),
             self._greatest_reach,
         )

@@ -239,7 +239,7 @@ def _allowed_last(case: Case, limit: Limit) -> tuple[Inverse, ...]:
     values = excess(grid)
     crossings = np.flatnonzero(np.diff(np.sign(values)))
     found = zeros(
-        excess,
+        lambda last, _: excess(last),
         (grid[crossings], grid[crossings + 1]),
         (values[crossings], values[crossings + 1]),
     )
