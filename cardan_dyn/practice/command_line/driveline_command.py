@@ -168,9 +168,10 @@ def _print_verdict(report: LineReport) -> None:
 
 def _told(row: VerdictRow) -> str:
     """Return the quantity of a row, with what it takes to know what is meant."""
-    # Distances and damping of torsional speeds say nothing without the order and the speed.
-    notes = row.remarks if row.rule == "torsional_speed" else ()
-    listed = [text for text in notes if not text.startswith(("!", "open: "))]
+    # Distances and shares of critical speeds say nothing without the speed.
+    listed = list(map(str, row.inverses)) if row.rule.endswith("_speed") else []
+    if row.rule == "torsional_speed":
+        listed += filter(None, [row.note])
     if row.value is None and row.status == STATED:
         listed = [row.note]
     return f"{row.quantity} ({'; '.join(listed)})" if listed else row.quantity

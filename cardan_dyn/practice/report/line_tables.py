@@ -328,6 +328,7 @@ class Judged(NamedTuple):
     mark: str
     source: str
     source_language: str
+    needed: list[str]
     remarks: list[str]
 
 
@@ -375,16 +376,22 @@ def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> J
         row.status,
         source,
         wording.language if source != row.source else "en",
+        _needed(row, wording),
         remarks,
     )
 
 
-def _told(row: VerdictRow, wording: Wording) -> list[str]:
-    """Return what would meet the limit of a row, and what it notes."""
-    needed = [
+def _needed(row: VerdictRow, wording: Wording) -> list[str]:
+    """Return what would meet the limit of a row."""
+    return [
         f"{wording.sentence(item.what)} {wording.quantity(item.value, BY_UNIT[item.unit])}"
         for item in row.inverses
     ]
+
+
+def _told(row: VerdictRow, wording: Wording) -> list[str]:
+    """Return what would meet the limit of a row, and what it notes."""
+    needed = _needed(row, wording)
     return [*needed, wording.sentence(row.note)] if row.note else needed
 
 
