@@ -221,16 +221,16 @@ def bearing_listing(line: DriveLine, wording: Wording) -> Listing:
 
 
 def motion_listing(analysis: Analysis, wording: Wording) -> Listing:
-    """Return a row per shaft behind a joint: angle error, speed ratios, acceleration."""
-    ratios = ("least speed ratio", "greatest speed ratio")
-    ratio, most = analysis.ratio[:, 1:], np.abs(analysis.angle_error).max(axis=0)[1:]
+    """Return a row per shaft behind a joint: angle error, deviation of speeds, acceleration."""
+    titles = ("least speed deviation", "greatest speed deviation")
+    apart, most = analysis.ratio[:, 1:] - 1.0, np.abs(analysis.angle_error).max(axis=0)[1:]
     rates = _cleared(np.abs(analysis.acceleration).max(axis=0))[1:]
     return _listing(
         wording,
         "Motion over a turn",
         {"shaft": analysis.shafts[1:]},
         _columns(wording, "number", "angle", ["angle error ±"], [most]),
-        _columns(wording, "number", "number", ratios, [ratio.min(axis=0), ratio.max(axis=0)]),
+        _columns(wording, "number", "share", titles, [apart.min(axis=0), apart.max(axis=0)]),
         _columns(wording, "number", "angular_acceleration", ["greatest acceleration"], [rates]),
     )
 

@@ -94,7 +94,7 @@ def test_the_table_has_every_row_and_no_margin_of_open_ones(
     )
     for line, row in zip(rows, verdict, strict=True):
         assert line.startswith(row.quantity)
-        assert row.texts[6] == "" or (row.texts[6] in line) == (row.status != "open")
+        assert row.texts()[6] == "" or (row.texts()[6] in line) == (row.status != "open")
     has_limit = [row for row in verdict.open if row.margin is not None]
     assert bool(has_limit) == ("friction" in lost)
 
