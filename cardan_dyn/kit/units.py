@@ -150,7 +150,7 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
 
 def is_of_usa(unit: Unit) -> bool:
     """Return whether a unit is one of the customary ones of the USA."""
-    return re.match("in|ft|lb|[mk]?psi", unit.suffix) is not None
+    return re.match("in|ft|lb|m?psi|ksi", unit.suffix) is not None
 
 
 def si(dimension: str) -> str:

@@ -124,6 +124,8 @@ def print_report(report: LineReport, wording: Wording) -> None:
     say(phasing_text(report.phasing, wording))
     if report.phasing is not None and report.phasing.value < report.phasing.given_value:
         _show(phasing_listing(report.phasing, wording))
+    if (built := report.built(wording)) is not None:
+        _show(built)
     units = wording.units
     _print_verdict(report, units)
     say(f"Verdict: {report.verdict.summary}")

@@ -44,6 +44,12 @@ class LineReport:
         driving = self.analysis.static.torsion_in[:, 0]
         return float(driving[np.abs(driving).argmax()])
 
+    def built(self, wording: Wording) -> tables.Listing | None:
+        """Return the table of forks that can be built, see `built_listing`; None without one."""
+        if self.phasing is None:
+            return None
+        return tables.built_listing(self.phasing, self.torque, wording)
+
     def drawn(self, wording: Wording | None = None) -> list[tuple[str, str, Figure]]:
         """Return names, captions and figures.
 
@@ -154,7 +160,7 @@ def write(
         verdict=verdict,
         outcome=outcome(verdict, wording),
         statement=statement(verdict, wording),
-        failed=[tables.judged(row, wording) for row in verdict.failed],
+        failed=tables.headlines(verdict, wording),
         indeterminate=[wording.sentence(text) for text in analysis.indeterminate],
         groups=tables.verdict_groups(verdict, wording),
         assumptions=tables.assumption_rows(verdict, wording),
@@ -176,6 +182,7 @@ def write(
             tables.extreme_listing(analysis, verdict, wording),
         ],
         phasing=None if report.phasing is None else tables.phasing_listing(report.phasing, wording),
+        built=report.built(wording),
         headline=tables.phasing_text(report.phasing, wording),
         speed=wording.quantity(analysis.speed, "speed"),
         torque=wording.quantity(report.torque, "torque"),

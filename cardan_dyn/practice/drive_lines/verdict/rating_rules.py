@@ -192,7 +192,7 @@ def _steady_life(case: Case, k: int, kind: str, point: OperatingPoint) -> Verdic
     return VerdictRow(
         rule="joint_life",
         where=case.line.joint_names[k],
-        quantity=f"B10 life by {kind}",
+        quantity=f"B10 life by {kind.replace('_', ' ')}",
         value=_life_at(case, joint, kind, beta, occurring) * HOUR,
         unit="s",
         rule_value=_life_at(case, joint, kind, beta, point) * HOUR,
@@ -222,7 +222,7 @@ def _duty_life(case: Case, k: int, kind: str, duty: list[OperatingPoint]) -> Ver
     return VerdictRow(
         rule="duty_cycle",
         where=case.line.joint_names[k],
-        quantity=f"B10 life by {kind}",
+        quantity=f"B10 life by {kind.replace('_', ' ')}",
         value=hours * HOUR,
         unit="s",
         rule_value=by_rule * HOUR,
