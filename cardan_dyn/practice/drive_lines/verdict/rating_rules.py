@@ -106,7 +106,7 @@ def _fatigue(case: Case, joint: ShaftJoint, row: VerdictRow, back: float) -> Ver
     missing = "give reversing_limit of the joint (T_DW)"
     if reversing is not None:
         share = 1.0 if pulsating is None else min(reversing.value / pulsating.value, 1.0)
-        if pulsating is not None and back / share < most - back:
+        if pulsating is not None and share < 1.0 and back / share < most - back:
             held = replace(row, quantity=steady, value=back / share + most - back)
             return case.of_forces(held, pulsating, "")
         held = replace(row, value=back + (most - back) * share)
