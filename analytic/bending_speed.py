@@ -47,10 +47,23 @@ class LineBearing(NamedTuple):
 
 
 class LineBending(NamedTuple):
-    """First critical speed of a line [rad/s], and its shafts' shares in the kinetic energy."""
+    """Critical speeds of a line of m shafts, and where the energy of its modes lies.
 
-    speed: float
-    shares: FloatArray
+    Attributes:
+        speeds: `(q,)` critical speeds, the lowest first [rad/s].
+        kinetic: `(q, m)` shares of the shafts in the kinetic energy; the joints have the rest.
+        strain: `(q, m)` shares of the shafts in the strain energy; springs have the rest. A mode
+            whose energy lies in springs is that of rigid shafts that bounce.
+    """
+
+    speeds: FloatArray
+    kinetic: FloatArray
+    strain: FloatArray
+
+    @property
+    def speed(self) -> float:
+        """The lowest critical speed [rad/s]."""
+        return float(self.speeds[0])
 
 
 _BISECTIONS = 60
@@ -198,7 +211,7 @@ def line_bending(
     bearings: Sequence[LineBearing] = (),
     elements: int = _ELEMENTS,
 ) -> LineBending:
-    """First critical bending speed of shafts in a row with joints between them.
+    """Critical bending speeds of shafts in a row with joints between them.
 
     Shafts are Euler-Bernoulli beams, joints are hinges with a point mass. The first and the last
     joint stand on the end shafts, and centre bearings anywhere on the shafts; all shafts bend
@@ -216,8 +229,8 @@ def line_bending(
         elements: of each shaft; between bearings there is one at least.
 
     Returns:
-        The speed and `(m,)` shares of the shafts in the kinetic energy of the mode; the joints have
-        the rest.
+        As many speeds as the elements have displacements; those of long waves are exact, see
+        `elements`.
 
     Raises:
         ValueError: an argument out of range, shapes that do not match, or a line that is not held.
@@ -253,7 +266,7 @@ def line_bending(
     refuse("ends", held, ~(held >= 0.0), "[0, inf]")
     # Displacements of the joints come first; then, shaft by shaft, all others.
     springs = {0: held[0], count: held[1]}
-    total, masses = count + 1, []
+    total = count + 1
     parts: list[tuple[list[int], FloatArray, int]] = []
     for k in range(count):
         of_shaft = [item for item in bearings if item.shaft == k]
@@ -267,25 +280,28 @@ def line_bending(
         for item in of_shaft:
             at = shift[int(np.argmin(np.abs(places - item.distance)))]
             springs[at] = springs.get(at, 0.0) + item.stiffness
-    K, M = np.zeros((total, total)), np.zeros((total, total))
-    M[range(count + 1), range(count + 1)] = points
+    bends, masses = np.zeros((2, count, total, total))
     for index, places, k in parts:
-        own = np.zeros((total, total))
         for e, step in enumerate(np.diff(places)):
             block = np.ix_(index[2 * e : 2 * e + 4], index[2 * e : 2 * e + 4])
-            K[block] += bend[k] * _element_bending(step)
-            own[block] += heavy[k] * _element_mass(step)
-        masses.append(own)
-    M += sum(masses)
+            bends[k][block] += bend[k] * _element_bending(step)
+            masses[k][block] += heavy[k] * _element_mass(step)
     fixed = [i for i, value in springs.items() if np.isinf(value)]
-    for i, value in springs.items():
-        K[i, i] += 0.0 if np.isinf(value) else value
+    stiff = np.zeros(total)
+    stiff[list(springs)] = [0.0 if np.isinf(value) else value for value in springs.values()]
     keep = np.setdiff1d(np.arange(total), fixed)
-    mode, inverse_square = _first_mode(K[np.ix_(keep, keep)], M[np.ix_(keep, keep)])
-    whole = np.zeros(total)
-    whole[keep] = mode
-    energy = np.array([whole @ own @ whole for own in masses])
-    return LineBending(float(1.0 / np.sqrt(inverse_square)), energy / (whole @ M @ whole))
+    free = np.ix_(np.arange(count), keep, keep)
+    bends, masses = bends[free], masses[free]
+    K, M = bends.sum(axis=0) + np.diag(stiff[keep]), masses.sum(axis=0)
+    M[np.diag_indices(len(keep))] += np.append(points, np.zeros(total - count - 1))[keep]
+    modes, inverse_squares = _modes(K, M)
+    kinetic, strain = (np.sum(modes * (of @ modes), axis=1).T for of in (masses, bends))
+    in_springs = stiff[keep] @ modes**2
+    return LineBending(
+        1.0 / np.sqrt(inverse_squares),
+        kinetic / np.sum(modes * (M @ modes), axis=0)[:, None],
+        strain / (strain.sum(axis=1) + in_springs)[:, None],
+    )
 
 
 def _mesh(length: float, places: Sequence[float], elements: int) -> FloatArray:
@@ -319,10 +335,10 @@ def _element_mass(h: float) -> FloatArray:
     return np.array(rows) * (h / 420.0)
 
 
-def _first_mode(K: FloatArray, M: FloatArray) -> tuple[FloatArray, float]:
-    """Mode of the lowest frequency and 1 / omega^2, from M x = K x / omega^2.
+def _modes(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Modes in columns and 1 / omega^2, the lowest frequency first, from M x = K x / omega^2.
 
-    The greatest eigenvalue of the flexible side keeps the digits that stiff springs would take.
+    The greatest eigenvalues of the flexible side keep the digits that stiff springs would take.
     """
     scale = 1.0 / np.sqrt(np.diag(K))
     try:
@@ -336,7 +352,7 @@ def _first_mode(K: FloatArray, M: FloatArray) -> tuple[FloatArray, float]:
         )
     back = np.linalg.solve(root, np.diag(scale))
     values, vectors = np.linalg.eigh(back @ M @ back.T)
-    return back.T @ vectors[:, -1], float(values[-1])
+    return (back.T @ vectors)[:, ::-1], values[::-1]
 
 
 def _bearing_number(z: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from .errors import ModelError, choices
@@ -149,7 +150,7 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
 
 def is_of_usa(unit: Unit) -> bool:
     """Return whether a unit is one of the customary ones of the USA."""
-    return re.match("in|ft|lb|[mk]?psi", unit.suffix) is not None
+    return re.match("in|ft|lb|m?psi|ksi", unit.suffix) is not None
 
 
 def si(dimension: str) -> str:
@@ -163,7 +164,7 @@ def plain(unit: str) -> str:
     return unit.translate(_PLAIN)
 
 
-_PLAIN = str.maketrans({" ": "", "·": "", "*": "", "^": "", "²": "2", "³": "3"})
+_PLAIN = str.maketrans({**dict.fromkeys(" ·*^-", ""), "²": "2", "³": "3"})
 
 
 def keys(name: str, dimension: str) -> dict[str, Unit]:
@@ -180,7 +181,8 @@ def read(text: str, dimension: str, at: str, bare: str = "") -> float:
     """Return what a text like "900 mm" or "400 N·m" means, in SI units.
 
     Args:
-        text: a decimal number and a unit; blanks, dots and stars between factors do not count.
+        text: a decimal number and a unit; blanks, dots, stars and hyphens between factors do not
+            count.
         dimension: a key of `DIMENSIONS` that has units.
         at: how messages name the place.
         bare: spelling of the unit of a number without one; such numbers are refused if empty.
@@ -229,18 +231,54 @@ def read_any(text: str, at: str) -> tuple[float, str]:
     )
 
 
-def written(name: str, value: float, dimension: str) -> tuple[str, float]:
-    """Return the key and the number that a file gives a quantity as, which reads back exactly.
+def written(
+    name: str, values: Sequence[float], dimension: str, *, of_usa: bool = False
+) -> tuple[str, list[float]]:
+    """Return the key and the numbers that a file gives a quantity as, which read back exactly.
 
-    The unit is the first one in which the number is round, if there is one.
+    Args:
+        name: of the field.
+        values: of it, all in one unit.
+        dimension: a key of `DIMENSIONS`.
+        of_usa: whether units of the USA come first. Units of the other system are taken where they
+            say the numbers with fewer digits, unless both do with as few as people write. Units
+            come first in which no number is below 1.
     """
-    exact = {
-        unit.suffix: number
+    exact = [
+        (unit, [float(number) for number in numbers if number is not None])
         for unit in DIMENSIONS[dimension]
-        if (number := unit.from_si(value)) is not None
-    }
+        if None not in (numbers := [unit.from_si(value) for value in values])
+    ]
     if not exact:  # A dimension without units.
-        return name, value
-    is_round = (suffix for suffix, number in exact.items() if float(f"{number:.9g}") == number)
-    suffix = next(is_round, next(iter(exact)))
-    return f"{name}_{suffix}", exact[suffix]
+        return name, list(values)
+
+    def awkward(item: tuple[Unit, list[float]]) -> tuple[int, bool, bool]:
+        unit, numbers = item
+        is_small = any(0.0 < abs(number) < 1.0 for number in numbers)
+        return max(_HAND, *map(digits, numbers)), is_of_usa(unit) != of_usa, is_small
+
+    found, shown = min(exact, key=awkward)
+    return f"{name}_{found.suffix}", shown
+
+
+_HAND = 6
+"""Digits up to which people write numbers."""
+
+
+def digits(number: float) -> int:
+    """Return how many significant decimal digits tell a number from all others."""
+    mantissa = repr(abs(float(number))).partition("e")[0].replace(".", "")
+    return max(len(mantissa.strip("0")), 1)
+
+
+def is_shorter_in_usa(value: float, dimension: str) -> int:
+    """Return 1 if units of the USA say a value with fewer digits, -1 if others do, else 0."""
+    found = {False: math.inf, True: math.inf}
+    for unit in DIMENSIONS[dimension]:
+        if (number := unit.from_si(value)) is not None:
+            found[is_of_usa(unit)] = min(found[is_of_usa(unit)], digits(number))
+    return (
+        0
+        if math.inf in found.values()
+        else (found[False] > found[True]) - (found[False] < found[True])
+    )

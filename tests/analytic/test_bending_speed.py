@@ -100,7 +100,10 @@ def test_one_shaft_of_a_line_is_the_single_beam():
     """Rigid supports: pi^2 sqrt(E I / mu) / L^2. One on a spring: the characteristic equation."""
     EI, mu, L = 3.1e5, 9.7, 1.3
     rigid = np.pi**2 * np.sqrt(EI / mu) / L**2
-    assert bs.line_bending(L, EI, mu, [0.0, 7.0]).speed == pytest.approx(rigid, rel=3e-6)
+    many = bs.line_bending(L, EI, mu, [0.0, 7.0])
+    assert many.speed == pytest.approx(rigid, rel=3e-6)
+    assert many.speeds[:4] / rigid == pytest.approx([1, 4, 9, 16], rel=1e-3)
+    assert many.strain == pytest.approx(np.ones_like(many.strain))
     for softness in (1e-3, 0.1, 1.0, 100.0):
         k = EI / (softness * L**3)
         found = bs.line_bending(L, EI, mu, 0.0, [np.inf, k])
@@ -108,7 +111,7 @@ def test_one_shaft_of_a_line_is_the_single_beam():
         bearing = bs.LineBearing(0, L, k)
         same = bs.line_bending(L, EI, mu, 0.0, [np.inf, 0.0], [bearing])
         assert same.speed == pytest.approx(found.speed, rel=1e-9)
-    assert found.shares == pytest.approx([1.0])
+    assert found.kinetic[0] == pytest.approx([1.0])
 
 
 def test_mesh_converges_with_the_fourth_power():
@@ -132,6 +135,7 @@ def test_overhung_mass_and_hinged_shafts_in_closed_form():
     soft = bs.line_bending(a + b, EI, 1e-6, [0.0, m], [np.inf, 0.0], [bs.LineBearing(0, a, k)])
     give = b**2 * (a + b) / (3 * EI) + ((a + b) / a) ** 2 / k
     assert soft.speed == pytest.approx(1 / np.sqrt(m * give), rel=1e-5)
+    assert soft.strain[0] == pytest.approx([b**2 * (a + b) / (3 * EI) / give], rel=1e-5)
     # With a second light shaft that hangs on that joint nothing changes; its mass adds a third.
     heavy, length, stiff = 6.0, 1.2, 1e9
     both = bs.line_bending(
@@ -142,7 +146,7 @@ def test_overhung_mass_and_hinged_shafts_in_closed_form():
         bearings=[bs.LineBearing(0, a, k)],
     )
     assert both.speed == pytest.approx(1 / np.sqrt((m + heavy / 3) * give), rel=1e-4)
-    assert both.shares == pytest.approx([0.0, heavy / 3 / (m + heavy / 3)], abs=1e-4)
+    assert both.kinetic[0] == pytest.approx([0.0, heavy / 3 / (m + heavy / 3)], abs=1e-4)
 
 
 def test_overhanging_beam_by_its_characteristic_equation():
@@ -189,7 +193,7 @@ def test_line_lies_between_dunkerley_and_rayleigh(seed):
     shape = flexible @ masses
     upper = np.sqrt((masses @ shape) / (masses @ shape**2))
     assert found.speed <= (1 + 2e-3) * upper  # Rayleigh, with the deflection of the weight.
-    assert found.shares.min() >= 0 and found.shares.sum() <= 1 + 1e-12
+    assert found.kinetic.min() >= 0 and found.kinetic.sum(axis=1).max() <= 1 + 1e-12
 
 
 def lumped_line(L, EI, mu, m, centre, lumps=60):

@@ -56,14 +56,19 @@ def test_what_is_written_reads_back_exactly(dimension: str) -> None:
     for number in range(1, 400):
         for unit in units.DIMENSIONS[dimension]:
             value = unit.to_si(number / 7)
-            key, shown = units.written("x", value, dimension)
+            key, (shown,) = units.written("x", [value], dimension)
             assert units.keys("x", dimension)[key].to_si(shown) == value
 
 
 def test_round_numbers_are_written_as_such() -> None:
-    assert units.written("length", 0.9, "length") == ("length_mm", 900.0)
-    assert units.written("slope", math.radians(-11.5), "angle") == ("slope_deg", -11.5)
-    assert units.written("speed", units.read("2950 rpm", "speed", ""), "speed") == (
+    assert units.written("length", [0.9], "length") == ("length_mm", [900.0])
+    assert units.written("slope", [math.radians(-11.5)], "angle") == ("slope_deg", [-11.5])
+    assert units.written("speed", [units.read("2950 rpm", "speed", "")], "speed") == (
         "speed_rpm",
-        2950.0,
+        [2950.0],
     )
+    # 10 in in a file of millimetres stay 254; 40 lb are no number of kilograms.
+    assert units.written("length", [0.254], "length") == ("length_mm", [254.0])
+    assert units.written("length", [0.254], "length", of_usa=True) == ("length_in", [10.0])
+    heavy = units.read("40 lb", "mass", "")
+    assert units.written("mass", [heavy], "mass") == ("mass_lb", [40.0])

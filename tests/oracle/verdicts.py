@@ -322,8 +322,12 @@ def derivatives(line: DriveLine) -> tuple[Array, Array]:
     return fine[0] + 1.0, fine[1]
 
 
-def critical(line: DriveLine) -> float | None:
-    """First critical bending speed, by an own beam with stiff springs for rigid supports."""
+def critical(line: DriveLine) -> list[float] | None:
+    """Critical bending speeds of shafts, by own beams with stiff springs for rigid supports.
+
+    That of a shaft is the lowest at which more is stored in tubes than in springs, and no less in
+    its own than in the others in the mean.
+    """
     inner = [k for k in range(1, line.count) if line.shafts[k].centring is None]
     if not inner or any(line.shafts[k].tube is None for k in inner):
         return None
@@ -331,7 +335,7 @@ def critical(line: DriveLine) -> float | None:
     size = sum(2 * nodes for _ in inner)
     K, M = np.zeros((size, size)), np.zeros((size, size))
     rigid = 1e13
-    ends = []
+    ends, tubes = [], np.zeros((len(inner), size, size))
     for i, k in enumerate(inner):
         shaft, tube = line.shafts[k], line.shafts[k].tube
         before = line.shafts[k - 1].centring is not None
@@ -367,7 +371,7 @@ def critical(line: DriveLine) -> float | None:
                     [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
                 ]
             )
-            K[at, at] += bend / h**3 * c
+            tubes[i, at, at] += bend / h**3 * c
             M[at, at] += mass * h / 420 * m
         for item in shaft.bearings:
             node = int(np.argmin(np.abs(places - item.distance - front)))
@@ -382,7 +386,11 @@ def critical(line: DriveLine) -> float | None:
         M[rear, rear] += sum(joint.cross_mass for joint in between) + extra
     for at in (ends[0][0], ends[-1][1]):
         K[at, at] += rigid
-    return float(np.sqrt(eigh(K, M, eigvals_only=True, subset_by_index=[0, 0])[0]))
+    squares, modes = eigh(K + tubes.sum(axis=0), M)
+    stored = np.array([np.diag(modes.T @ own @ modes) for own in tubes])
+    bends = 2.0 * stored.sum(axis=0) >= squares
+    own = stored >= (1.0 - 1e-9) * stored.mean(axis=0)
+    return [float(np.sqrt(squares[np.flatnonzero(bends & part)[0]])) for part in own]
 
 
 def judged(line: DriveLine, worst: Worst) -> Judged:
@@ -441,7 +449,8 @@ def judged(line: DriveLine, worst: Worst) -> Judged:
         if line.shafts[k].tube is None and not line.shafts[k].mass:
             found.open.add(("balancing", line.shaft_names[k]))
     if speed is not None:
-        _bends(line, found, running, speed)
+        for own in speed:
+            _bends(line, found, running, own)
         if None in soft:
             found.open.add(("bending_speed", ""))
     return found

@@ -64,6 +64,11 @@ def read(
     if isinstance(source, str) and source.lstrip(_BLANK).startswith("<"):
         return _parse(source.lstrip(_BLANK), "text", None, strict, model)
     path = _find(_name(source))
+    if path.suffix == ".toml":
+        raise ModelError(
+            f"{path} is TOML, which describes drive lines and no mechanism: use "
+            "`cardan-dyn driveline`, or DriveLine.from_toml"
+        )
     from .elements import file_text
 
     return _parse(file_text(path, str(path)), str(path), path, strict, model)

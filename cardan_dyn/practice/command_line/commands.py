@@ -230,7 +230,7 @@ def driveline(
     NAME_OR_FILE is a TOML file (--schema lists its fields), or a line that comes with the package.
     """
     from ...drive_lines import examples, toml_schema
-    from ..drive_lines.line.files import is_customary
+    from ..drive_lines.line.files import units_of
     from .driveline_command import report_on, run
 
     if schema:
@@ -250,7 +250,7 @@ def driveline(
         file=file,
         as_text=not as_json,
         language=language,
-        units=units or ("imperial" if is_customary(source) else "si"),
+        units=units or units_of(found.line),
     )
     if watch:
         from ..report.drive_line_page import scene as turning

@@ -56,18 +56,19 @@ def run(
         MissingExtraError: an extra is not installed.
         ArgumentError: a file cannot be written.
     """
+    wording = Wording(language, units)
     if as_text:
-        print_report(report)
+        print_report(report, Wording(units=units))
     else:
         click.echo(as_json(report))
     if directory is not None:
-        save_figures(report, directory)
+        save_figures(report, directory, wording)
         click.echo(f"Figures: {directory}", err=not as_text)
     if page is not None:
         write(report, page, with_scene=with_scene, language=language, units=units)
         click.echo(f"Page: {page}", err=not as_text)
     if file is not None:
-        export(scene(report), file, aside=not as_text)
+        export(scene(report, wording), file, aside=not as_text)
 
 
 def report_on(
@@ -116,20 +117,27 @@ def report_on(
     return LineReport(line, analysis, line.verdict(given), phasing)
 
 
-def print_report(report: LineReport) -> None:
+def print_report(report: LineReport, wording: Wording) -> None:
     """Print joints, shafts, forks and the verdict."""
-    wording = Wording()
     for listing in (shaft_listing(report.line, wording), joint_listing(report.line, wording)):
         _show(listing, f"{report.line.name}: ")
     say(phasing_text(report.phasing, wording))
     if report.phasing is not None and report.phasing.value < report.phasing.given_value:
         _show(phasing_listing(report.phasing, wording))
-    _print_verdict(report)
+    if (built := report.built(wording)) is not None:
+        _show(built)
+    units = wording.units
+    _print_verdict(report, units)
     say(f"Verdict: {report.verdict.summary}")
+    headlines: dict[str, list[str]] = {}
     for row in report.verdict.failed:
         place, at = row.where or "line", f" at {row.condition}" if row.condition else ""
-        limit = f", limit {row.texts[5]}" if row.limit else ""
-        say(f"FAIL {place}: {_told(row)} {row.texts[3]}{at}{limit} ({row.source})", "red")
+        texts = row.texts(units)
+        limit = f", limit {texts[5]}" if row.limit else ""
+        told = f"{_told(row, units)} {texts[3]}{at}{limit} ({row.source})"
+        headlines.setdefault(told, []).append(place)
+    for told, places in headlines.items():
+        say(f"FAIL {', '.join(places)}: {told}", "red")
     unjudged = [row for row in report.verdict if row.status == STATED and "give " in row.note]
     for word, rows, style in (
         ("OPEN", report.verdict.open, "yellow"),
@@ -138,7 +146,7 @@ def print_report(report: LineReport) -> None:
         # Places of which the same is asked share a line.
         alike: dict[tuple[str, str], list[str]] = {}
         for row in rows:
-            told = "; ".join([*map(str, row.inverses), row.note])
+            told = "; ".join(dataclasses.replace(row, broken=()).remarks(units))
             alike.setdefault((row.quantity, told), []).append(row.where or "line")
         for (quantity, told), places in alike.items():
             say(f"{word} {', '.join(dict.fromkeys(places))}: {quantity}: {told}", style)
@@ -150,27 +158,28 @@ def _show(listing: Listing, lead: str = "") -> None:
     show(headings, listing.rows, title=lead + listing.caption, texts=texts)
 
 
-def _print_verdict(report: LineReport) -> None:
+def _print_verdict(report: LineReport, units: str) -> None:
     from rich.text import Text
 
     rows: list[tuple[str | Text, ...] | str] = []
     title = ""
     for row in report.verdict:
-        if row.texts[0] != title:
-            title = row.texts[0]
+        heading, where, _, value, by_rule, limit, margin, status = row.texts(units)[:8]
+        if heading != title:
+            title = heading
             rows.append(title)
-        _, where, _, value, by_rule, limit, margin, status = row.texts[:8]
-        place = ", ".join(filter(None, [_told(row), where, row.condition]))
+        place = ", ".join(filter(None, [_told(row, units), where, row.condition]))
         rows.append((place, value, by_rule, limit, margin, Text(status, _MARKS[row.status])))
     headings = ("quantity, where, at", "value", "by the\nrule", "limit", "margin", "verdict")
     show(headings, rows, title="verdict")
 
 
-def _told(row: VerdictRow) -> str:
+def _told(row: VerdictRow, units: str) -> str:
     """Return the quantity of a row, with what it takes to know what is meant."""
-    # Distances and damping of torsional speeds say nothing without the order and the speed.
-    notes = row.remarks if row.rule == "torsional_speed" else ()
-    listed = [text for text in notes if not text.startswith(("!", "open: "))]
+    # Distances and shares of critical speeds say nothing without the speed.
+    listed = [item.told(units) for item in row.inverses if row.rule.endswith("_speed")]
+    if row.rule == "torsional_speed":
+        listed += filter(None, [row.note])
     if row.value is None and row.status == STATED:
         listed = [row.note]
     return f"{row.quantity} ({'; '.join(listed)})" if listed else row.quantity

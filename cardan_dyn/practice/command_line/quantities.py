@@ -212,5 +212,9 @@ def limits(pairs: Sequence[str]) -> dict[str, float | str]:
         try:
             found[name] = float(text)
         except ValueError:
+            if name in KNOWN and text[0].isdigit():
+                raise ArgumentError(
+                    f"--limit {name} is {text!r}, expected a finite number [1], as 0.7"
+                ) from None
             found[name] = text  # The name of a constant, or what the verdict refuses.
     return found

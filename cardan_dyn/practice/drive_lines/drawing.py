@@ -23,6 +23,7 @@ from ...figures.style import (
 )
 from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ArgumentError, ModelError
+from .line.files import units_of
 from .line.supports import Support, spline_distance, supports
 from .verdict.rows import HEADINGS, OPEN, VerdictRow
 from .wording import Wording
@@ -75,13 +76,13 @@ def arrangement(
         title: of the figure; the name of the line unless given.
         ax: two axes to be drawn into instead of a new figure.
         figsize: width and height of a new figure [inch].
-        wording: language and units; English and SI unless given.
+        wording: language and units; English, and the units of most data, unless given.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
         ArgumentError: other than two axes.
     """
-    wording = wording or Wording()
+    wording = wording or Wording(units=units_of(line))
     unit = wording.measure("length").factor
     points = line_points(line) * unit
     parts = solids(line)
@@ -583,7 +584,7 @@ def margins(
             middle = {"ha": "center", "va": "center", "fontsize": SMALL}
             axes.text(0.94 * length, place, "//", bbox=cut, **middle)
         axes.annotate(
-            row.texts[HEADINGS.index("margin")],
+            row.texts(verdict.units)[HEADINGS.index("margin")],
             (length, place),
             (-4 if missed else 4, 0),
             textcoords="offset points",

@@ -110,6 +110,7 @@ BY_UNIT = {
     "N": "force",
     "N m": "torque",
     "N m/rad": "stiffness",
+    "N/m": "rigidity",
 }
 """Dimensions of units as `analytic.limits` writes them."""
 _IN_SENTENCES: dict[str, tuple[str, float]] = {

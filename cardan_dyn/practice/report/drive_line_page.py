@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from ... import figures
 from ...drive_lines import Analysis, DriveLine, Phasing, TitleBlock, Verdict
 from ...figures.style import Figure, require_matplotlib
 from ..drive_lines.drawing import arrangement
+from ..drive_lines.line.files import units_of
 from ..drive_lines.line.supports import supports
 from ..drive_lines.wording import Wording
 from ..viewer.viewing import View, view
@@ -42,16 +44,22 @@ class LineReport:
         driving = self.analysis.static.torsion_in[:, 0]
         return float(driving[np.abs(driving).argmax()])
 
+    def built(self, wording: Wording) -> tables.Listing | None:
+        """Return the table of forks that can be built, see `built_listing`; None without one."""
+        if self.phasing is None:
+            return None
+        return tables.built_listing(self.phasing, self.torque, wording)
+
     def drawn(self, wording: Wording | None = None) -> list[tuple[str, str, Figure]]:
         """Return names, captions and figures.
 
         Args:
-            wording: language and units; English and SI unless given.
+            wording: language and units; English, and the units of most data, unless given.
 
         Raises:
             MissingExtraError: matplotlib is not installed.
         """
-        wording = wording or Wording()
+        wording = wording or Wording(units=units_of(self.line))
         analysis = self.analysis
         alone = " " + wording("Splines do not slide; without service factor and weight.")
         at = {
@@ -86,15 +94,20 @@ class LineReport:
         if drawn.has_orders(analysis):
             caption = wording(
                 "Amplitudes of the orders of angle errors and bearing forces at {speed} and "
-                "{torque}.",
+                "{torque}: of a force the greatest length of its vector at that order, of order 0 "
+                "its mean.",
                 **at,
             )
             found.append(("orders", caption + alone, drawn.orders(analysis, wording)))
         return found
 
 
-def scene(report: LineReport) -> View:
+def scene(report: LineReport, wording: Wording | None = None) -> View:
     """Return the turning scene of a line.
+
+    Args:
+        report: on the line.
+        wording: of its title; English, and the units of most data, unless given.
 
     Raises:
         MissingExtraError: meshcat is not installed.
@@ -106,7 +119,8 @@ def scene(report: LineReport) -> View:
     sweep = built.sweep(np.linspace(0.0, 2.0 * np.pi, page.FRAMES))
     bearings = {"bearing_in", "bearing_out", *(item.joint for item in supports(line).bearings)}
     shown = [name for name in sweep.outputs if name in bearings]
-    title = f"{line.name}, {torque:.4g} N·m"
+    wording = wording or Wording(units=units_of(line))
+    title = f"{line.name}, {wording.quantity(torque, 'torque')}"
     return view(sweep, joints=shown, frames=page.FRAMES, title=title)
 
 
@@ -146,7 +160,7 @@ def write(
         verdict=verdict,
         outcome=outcome(verdict, wording),
         statement=statement(verdict, wording),
-        failed=[tables.judged(row, wording) for row in verdict.failed],
+        failed=tables.headlines(verdict, wording),
         indeterminate=[wording.sentence(text) for text in analysis.indeterminate],
         groups=tables.verdict_groups(verdict, wording),
         assumptions=tables.assumption_rows(verdict, wording),
@@ -168,11 +182,12 @@ def write(
             tables.extreme_listing(analysis, verdict, wording),
         ],
         phasing=None if report.phasing is None else tables.phasing_listing(report.phasing, wording),
+        built=report.built(wording),
         headline=tables.phasing_text(report.phasing, wording),
         speed=wording.quantity(analysis.speed, "speed"),
         torque=wording.quantity(report.torque, "torque"),
         figures=[(caption, page.image(figure)) for _, caption, figure in report.drawn(wording)],
-        scene=scene(report).embedded(title=wording("Turning scene")) if with_scene else "",
+        scene=scene(report, wording).embedded(title=wording("Turning scene")) if with_scene else "",
         residuals=[
             residual(analysis.loop_residual) + " m",
             residual(analysis.balance_residual),
@@ -208,16 +223,22 @@ def statement(verdict: Verdict, wording: Wording) -> str:
     return ", ".join(f"{count} {wording(status)}" for status, count in verdict.counts.items())
 
 
-def save_figures(report: LineReport, directory: Path) -> list[Path]:
+def save_figures(report: LineReport, directory: Path, wording: Wording | None = None) -> list[Path]:
     """Write all figures of a line as SVG and PNG into a directory, and return their paths.
+
+    Args:
+        report: on the line.
+        directory: that they are written to.
+        wording: see `LineReport.drawn`.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
         ArgumentError: they cannot be written.
     """
     paths: list[Path] = []
-    for name, _, figure in report.drawn():
-        paths += figures.save(figure, directory / f"{report.line.name}_{name}")
+    for name, _, figure in report.drawn(wording):
+        stem = re.sub(r"\W+", "_", f"{report.line.name}_{name}")
+        paths += figures.save(figure, directory / stem)
     return paths
 
 

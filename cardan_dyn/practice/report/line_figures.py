@@ -77,13 +77,16 @@ def has_orders(analysis: Analysis) -> bool:
 def orders(analysis: Analysis, wording: Wording) -> Figure:
     """Draw amplitudes of the orders of the angle errors and of the bearing forces.
 
-    Those of a force are of the vector across its shaft, the root of the sum of both squares.
+    Those of a force are the greatest length of its vector across the shaft, which runs round an
+    ellipse once in every period of an order; order 0 is the mean.
     """
-    shown = slice(1, HIGHEST + 1)
+    shown = range(HIGHEST + 1)
     errors = np.abs(amplitudes(analysis.angle_error[:, 1:])[shown])
     errors *= wording.measure("angle").factor
     across = amplitudes(analysis.total.bearing_force[..., 1:])[shown]
-    sizes = np.linalg.norm(across, axis=-1) * wording.measure("force").factor
+    # Both half axes of the ellipse have the sum and the difference of these as their squares.
+    sums = (np.abs(across) ** 2).sum(axis=-1) + np.abs((across**2).sum(axis=-1))
+    sizes = np.sqrt(sums / 2.0) * wording.measure("force").factor
     height = max(_height(analysis.shafts[1:]), _height(analysis.bearings))
     drawn = sheet(2, size=(WIDTH, 2 * height), share_x=True)
     for panel, label, names, values in (
@@ -97,11 +100,11 @@ def orders(analysis: Analysis, wording: Wording) -> Figure:
     ):
         width = 0.8 / max(len(names), 1)
         for index, name in enumerate(names):
-            places = np.arange(1, HIGHEST + 1) + (index - (len(names) - 1) / 2.0) * width
+            places = np.array(shown) + (index - (len(names) - 1) / 2.0) * width
             color = line_style(index)["color"]
             panel.bar(places, values[:, index], width, color=color, label=_wrapped(plain(name)))
         _finish(panel, label, values, wording)
-    drawn.panels[-1].set_xticks(range(1, HIGHEST + 1))
+    drawn.panels[-1].set_xticks(shown)
     drawn.panels[-1].set_xlabel(wording("order of the input shaft's rotation"))
     return drawn.finish("", 0)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain, groupby, pairwise
@@ -14,7 +16,12 @@ from cardan_dyn.analytic.rules import RULES
 from ...drive_lines import Analysis, DriveLine, Phasing, Verdict, VerdictRow
 from ...kit.arrays import ROUNDED, Array
 from ...kit.errors import CardanError
+from ..drive_lines.design.fork_choice import phases_of
+from ..drive_lines.design.phasing import chosen_loads, peak, with_forks
+from ..drive_lines.design.support_loads import support_loads
+from ..drive_lines.line.closed_chain import shaft_bodies
 from ..drive_lines.line.fields import entries
+from ..drive_lines.line.geometry import residual_angles
 from ..drive_lines.line.supports import supports
 from ..drive_lines.verdict.rows import OPEN, STATED
 from ..drive_lines.wording import BY_UNIT, NONE, Wording
@@ -80,7 +87,10 @@ def line_pairs(line: DriveLine, wording: Wording) -> list[tuple[str, str]]:
 
 def data_listings(line: DriveLine, wording: Wording) -> list[Listing]:
     """Return tables of all data of a line that are not its geometry."""
-    shafts = list(zip(line.shaft_names, line.shafts, strict=True))
+    shafts = [
+        (name, dataclasses.replace(shaft, **_of_tube(line, k)))
+        for k, (name, shaft) in enumerate(zip(line.shaft_names, line.shafts, strict=True))
+    ]
     listed: list[tuple[str, list[tuple[str, Any]], set[str]]] = [
         ("Shafts: masses and stiffness", shafts, _PLACED),
         ("Tubes", [(name, shaft.tube) for name, shaft in shafts if shaft.tube], set()),
@@ -100,6 +110,18 @@ def data_listings(line: DriveLine, wording: Wording) -> list[Listing]:
         for index, point in enumerate(line.duty_cycle, 1)
     ]
     return sheets + list(_part_listings(wording("Duty cycle"), duty, {"name"}, wording))
+
+
+def _of_tube(line: DriveLine, k: int) -> dict[str, Any]:
+    """Return the mass and the inertia of a shaft that follow from its tube, where none is given."""
+    shaft = line.shafts[k]
+    if shaft.tube is None or shaft.mass is not None:
+        return {}
+    bodies = [body for body in shaft_bodies(line, k) if body is not None]
+    found = {"mass": sum(body.mass for body in bodies)}
+    if shaft.inertia is None:
+        found["inertia"] = sum(body.inertia for body in bodies)
+    return found
 
 
 def _part_listings(
@@ -221,16 +243,16 @@ def bearing_listing(line: DriveLine, wording: Wording) -> Listing:
 
 
 def motion_listing(analysis: Analysis, wording: Wording) -> Listing:
-    """Return a row per shaft behind a joint: angle error, speed ratios, acceleration."""
-    ratios = ("least speed ratio", "greatest speed ratio")
-    ratio, most = analysis.ratio[:, 1:], np.abs(analysis.angle_error).max(axis=0)[1:]
+    """Return a row per shaft behind a joint: angle error, deviation of speeds, acceleration."""
+    titles = ("least speed deviation", "greatest speed deviation")
+    apart, most = analysis.ratio[:, 1:] - 1.0, np.abs(analysis.angle_error).max(axis=0)[1:]
     rates = _cleared(np.abs(analysis.acceleration).max(axis=0))[1:]
     return _listing(
         wording,
         "Motion over a turn",
         {"shaft": analysis.shafts[1:]},
         _columns(wording, "number", "angle", ["angle error ±"], [most]),
-        _columns(wording, "number", "number", ratios, [ratio.min(axis=0), ratio.max(axis=0)]),
+        _columns(wording, "number", "share", titles, [apart.min(axis=0), apart.max(axis=0)]),
         _columns(wording, "number", "angular_acceleration", ["greatest acceleration"], [rates]),
     )
 
@@ -314,6 +336,59 @@ def phasing_listing(phasing: Phasing[DriveLine], wording: Wording) -> Listing:
     return _listing(wording, "Forks", {"shaft": phasing.line.shaft_names[1:-1]}, columns)
 
 
+def built_listing(phasing: Phasing[DriveLine], torque: float, wording: Wording) -> Listing | None:
+    """Return a row per way to put the forks that can be built: as given, best, and at 0° or 90°.
+
+    Each with its residual angle, and the greatest force of the centre bearings, of all bearings
+    where there are none, over a turn without inertia, weight and friction.
+
+    Args:
+        phasing: the best forks of a line.
+        torque: of the input shaft [N·m].
+        wording: language and units.
+
+    Returns:
+        None where no fork can be put, or too many can.
+    """
+    line = phasing.given
+    inner = list(enumerate(line.shafts[1:-1], 1))
+    free = [k for k, shaft in inner if shaft.centring is None]
+    if not 0 < len(free) < BESIDE - 2:
+        return None
+    straight = np.array([0.0 if k in free else shaft.fork_offset for k, shaft in inner])
+    square = with_forks(line, straight).phasing(teeth=4, count=3)
+    ways = [
+        ("as given", line.fork_offsets),
+        ("best", phasing.fork_offsets),
+        ("at 0° or 90°", square.fork_offsets),
+        *(("at 0° or 90°", item.fork_offsets) for item in square.alternatives),
+    ]
+    offsets = np.array([way for _, way in ways])
+    phases = phases_of(offsets, line.geometry.plane_offsets)
+    residual = residual_angles(line.uneven_angles, phases)[..., -1]
+    force, title = np.full(len(ways), np.nan), "greatest bearing force"
+    with contextlib.suppress(CardanError):
+        held = [item.name for item in supports(line).bearings if 0 < item.shaft < line.count]
+        loads = chosen_loads(support_loads(line), held or None)
+        force = abs(torque) * np.array([peak(loads, of_line) for of_line in phases])
+        title = "greatest force of centre bearings" if held else title
+    forks: list[_Column] = [
+        (
+            line.shaft_names[k] + wording.unit("angle"),
+            [wording.fixed(float(angle), "angle") for angle in offsets[:, k - 1]],
+        )
+        for k in free
+    ]
+    return _listing(
+        wording,
+        "Ways to put the forks",
+        {"forks": [wording(name) for name, _ in ways]},
+        forks,
+        _columns(wording, "fixed", "angle", ["residual angle"], [residual]),
+        _columns(wording, "number", "force", [title], [force]),
+    )
+
+
 class Judged(NamedTuple):
     """A row of the verdict as the page shows it."""
 
@@ -328,7 +403,8 @@ class Judged(NamedTuple):
     mark: str
     source: str
     source_language: str
-    remarks: list[str]
+    needed: tuple[str, ...]
+    remarks: tuple[str, ...]
 
 
 class Group(NamedTuple):
@@ -375,17 +451,33 @@ def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> J
         row.status,
         source,
         wording.language if source != row.source else "en",
-        remarks,
+        tuple(_needed(row, wording)),
+        tuple(remarks),
     )
+
+
+def _needed(row: VerdictRow, wording: Wording) -> list[str]:
+    """Return what would meet the limit of a row."""
+    return [
+        f"{wording.sentence(item.what)} {wording.quantity(item.value, BY_UNIT[item.unit])}"
+        for item in row.inverses
+    ]
 
 
 def _told(row: VerdictRow, wording: Wording) -> list[str]:
     """Return what would meet the limit of a row, and what it notes."""
-    needed = [
-        f"{wording.sentence(item.what)} {wording.quantity(item.value, BY_UNIT[item.unit])}"
-        for item in row.inverses
-    ]
+    needed = _needed(row, wording)
     return [*needed, wording.sentence(row.note)] if row.note else needed
+
+
+def headlines(verdict: Verdict, wording: Wording) -> list[Judged]:
+    """Return the rows that fail, the worst first; places of which the same is told share one."""
+    found: dict[Judged, list[str]] = {}
+    for row in verdict.failed:
+        told = judged(row, wording)
+        alike = told._replace(where="", by_rule="", remarks=())
+        found.setdefault(alike, []).append(told.where)
+    return [told._replace(where=", ".join(places)) for told, places in found.items()]
 
 
 def reserve(row: VerdictRow, wording: Wording) -> str:
@@ -411,21 +503,30 @@ def verdict_groups(verdict: Verdict, wording: Wording) -> list[Group]:
         valued = [row for row in rows if row.value is not None]
         broken = valued[0].broken if len(valued) > 1 else ()
         shared = [text for text in broken if all(text in row.broken for row in valued)]
-        listed: dict[str, list[tuple[str, str]]] = {OPEN: [], STATED: []}
+        # Places of which the same is told share a line.
+        listed: dict[str, dict[tuple[str, str], list[str]]] = {OPEN: {}, STATED: {}}
         for row in rows:
             if row.value is None or row.status == OPEN:
-                place = ", ".join(filter(None, [row.where, wording.sentence(row.quantity)]))
-                told = (
-                    [wording.sentence(row.note)] if row.value is not None else _told(row, wording)
-                )
-                listed[row.status].append((place, "; ".join(told)))
+                told = [row.note] if row.value is not None else [*_needed(row, wording), row.note]
+                if row.status == STATED:
+                    told = [text for text in row.note.split("; ") if not text.startswith("give ")]
+                note = "; ".join(wording.sentence(text) for text in told)
+                alike = listed[row.status].setdefault((row.quantity, note), [])
+                alike.extend(filter(None, [row.where]))
+        places = {
+            status: [
+                (", ".join([*names, wording.sentence(quantity)]), note)
+                for (quantity, note), names in alike.items()
+            ]
+            for status, alike in listed.items()
+        }
         found.append(
             Group(
                 wording(RULES[rule].title),
                 tuple(wording.sentence(text) for text in shared),
                 [judged(row, wording, shared) for row in valued],
-                listed[OPEN],
-                listed[STATED],
+                places[OPEN],
+                places[STATED],
             )
         )
     return found

@@ -176,6 +176,12 @@ def test_a_duty_cycle_that_drives_and_brakes_reverses_the_torque() -> None:
     assert (row.status == "pass") == (amplitude <= borne)
     weak = dataclasses.replace(joint, reversing_limit=760.0)
     assert rows(line(0.0, weak, duty_cycle=cycle), "static_ratings")[1].status == "fail"
+    # Where little of it reverses, by the same line, on the scale of the torque that occurs.
+    braked = [cycle[0], dataclasses.replace(cycle[1], torque=-100.0)]
+    row = rows(line(0.0, joint, duty_cycle=braked), "static_ratings")[1]
+    assert row.quantity == "shock torque, pulsating" and row.limit.value == 1500.0
+    assert row.value / 1500.0 == pytest.approx((550.0 + 450.0 * 150.0 / 750.0) / 900.0, rel=1e-9)
+    assert "100 N·m in the other sense" in row.note
     one_way = [dataclasses.replace(point, torque=abs(point.torque)) for point in cycle]
     row = rows(line(0.0, joint, duty_cycle=one_way), "static_ratings")[1]
     assert row.quantity == "shock torque, pulsating" and row.limit.value == 1500.0

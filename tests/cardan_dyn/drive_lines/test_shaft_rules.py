@@ -51,7 +51,7 @@ def test_example_of_pss_by_the_constant_of_ae_7() -> None:
 @pytest.mark.slow
 def test_greatest_length_meets_the_limit() -> None:
     case = line().replace(speed=3000 * RPM)
-    length = rows(case, "bending_speed")[0].inverses[0].value
+    length = rows(case, "bending_speed")[0].inverses[1].value
     longest = rows(line(length).replace(speed=3000 * RPM), "bending_speed")[0]
     assert longest.value == pytest.approx(0.75, rel=1e-12)
 
@@ -94,12 +94,12 @@ def test_share_that_the_caller_gives(own: str, other: str) -> None:
 
 
 @pytest.mark.slow
-def test_centre_bearing_shortens_and_softens() -> None:
+def test_soft_centre_bearings_let_rigid_shafts_bounce() -> None:
     tube = Tube(outer_diameter=0.08, wall=0.003)
     given = random_line(3, 1)
     length = given.geometry.lengths[1]
 
-    def share(**bearing: float) -> VerdictRow:
+    def found(limits: dict[str, float] | None = None, **bearing: float) -> list[VerdictRow]:
         shaft = Shaft(
             length=length, tube=tube, bearings=[Bearing(distance=0.8 * length, **bearing)]
         )
@@ -107,20 +107,32 @@ def test_centre_bearing_shortens_and_softens() -> None:
         shafts = [given.shafts[0], shaft, behind, given.shafts[3]]
         joints = [ShaftJoint(cross_mass=2.0)] * 3
         case = given.replace(shafts=shafts, joints=joints, speed=10.0)
-        return rows(case, "bending_speed")[0]
+        return rows(case, "bending_speed", **(limits or {}))
 
-    rigid = share()
-    assert rigid.status == "open" and "give stiffness of C1" in rigid.note
-    soft = share(stiffness=1e6)
-    assert soft.value > rigid.value and soft.status == "pass"
-    assert "all shafts" in soft.broken[0]
+    rigid = found()
+    assert [row.where for row in rigid[::2]] == ["shaft_1", "shaft_2"]
+    assert all(row.status == "open" and "give stiffness of C1" in row.note for row in rigid)
+    *bending, bounce = found(stiffness=1e6)
+    assert [row.where for row in bending[::2]] == ["shaft_1", "shaft_2"]
+    assert all(row.status == "pass" and "all shafts" in row.broken[0] for row in bending[::2])
+    assert bounce.status == "stated" and "bounce_share" in bounce.note
+    assert bounce.value < min(row.inverses[0].value for row in bending[::2])
     # So soft that the shafts stay straight: the joint swings with both of them on the bearing.
-    softest = share(stiffness=1e3)
+    *bending, softest = found(stiffness=1e3)
     mass = 7850.0 * np.pi / 4 * (0.08**2 - 0.074**2)
     lengths = given.geometry.lengths[1:3]
     swinging = mass * lengths.sum() / 3 + 2.0
     natural = np.sqrt(1e3 * 0.8**2 / swinging)
-    assert 10.0 / softest.value == pytest.approx(natural, rel=1e-3)
+    assert softest.value == pytest.approx(natural, rel=1e-3)
+    # Tubes bend as they would on no bearing at all, and share no limit with what bounces.
+    assert bending[0].value < 0.1 < 10.0 / softest.value
+    limit = {"bounce_share": 0.5 * 10.0 / softest.value}
+    *_, missed = found(limit, stiffness=1e3)
+    (needed,) = missed.inverses
+    assert missed.status == "fail" and needed.what == "stiffness of C1"
+    assert needed.value == pytest.approx(4e3, rel=2e-3)
+    *_, met = found(limit, stiffness=needed.value)
+    assert met.value == pytest.approx(missed.limit.value, rel=1e-9)
 
 
 @pytest.mark.slow

@@ -137,3 +137,16 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         DriveLine.from_toml(tmp_path / "bytes.toml")
     with pytest.raises(ModelError, match="expected a path or TOML text"):
         DriveLine.from_toml(3)
+
+
+@pytest.mark.parametrize("unit", ["lb-ft", "ft-lb", "ft-lbf", "lbf·ft"])
+def test_torques_as_engineers_of_the_usa_write_them(unit: str) -> None:
+    line = DriveLine.from_toml(f'torque = "600 {unit}"\n[[shafts]]\n[[shafts]]\n')
+    assert line.torque == pytest.approx(600 * 4.4482216152605 * 0.3048, rel=1e-15)
+
+
+def test_a_unit_that_is_spelled_otherwise_is_named() -> None:
+    with pytest.raises(
+        ModelError, match="torque_ftlb is no field of a DriveLine; write torque_lbft"
+    ):
+        DriveLine.from_toml("torque_ftlb = 600\n[[shafts]]\n[[shafts]]\n")

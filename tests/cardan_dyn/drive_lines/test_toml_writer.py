@@ -75,3 +75,26 @@ def test_a_title_block_comes_back_equal() -> None:
     assert DriveLine.from_toml(line.to_toml()) == line
     plain = line.to_toml().replace('"2026-02-28"', "2026-02-28")  # A date of TOML itself.
     assert plain != line.to_toml() and DriveLine.from_toml(plain) == line
+
+
+def test_units_of_the_usa_come_back_as_they_were_given() -> None:
+    text = """
+torque_lbft = 600.0
+
+[[shafts]]
+mass_lb = 40.0
+
+[[shafts]]
+length_in = 46.0
+tube = {outer_diameter_in = 4.0, wall_in = 0.134, shear_limit_ksi = 20.0}
+
+[[shafts.bearings]]
+distance_in = 42.0
+stiffness_lbf_in = 2500.0
+
+[[shafts]]
+"""
+    line = DriveLine.from_toml(text)
+    assert tomlkit.parse(line.to_toml()).unwrap() == tomlkit.parse(text).unwrap()
+    told = str(line.verdict())
+    assert "lbf·ft" in told and "N·m" not in told and "mm" not in told

@@ -92,7 +92,7 @@ def test_texts_hold_inverses_notes_and_broken_assumptions() -> None:
         MOST,
         "",
     )
-    texts = dict(zip(HEADINGS, full.texts, strict=True))
+    texts = dict(zip(HEADINGS, full.texts(), strict=True))
     assert texts["limit"] == "≤ 2000 mm"
     assert texts["margin"] == "+25 %"
     assert texts["remarks"] == "best 1000 mm; a note; ! straight: it is bent"
@@ -105,6 +105,6 @@ def test_room_to_a_limit_of_nothing_is_said_in_its_unit() -> None:
     (row,) = (row for row in verdict.rows if row.limit is not None and row.limit.value == 0.0)
     assert row.quantity == "travel left when shortest" and row.unit == "m"
     assert row.margin == pytest.approx(0.025)
-    assert "+25 mm" in row.texts
+    assert "+25 mm" in row.texts()
     (axes,) = verdict.plot().axes
     assert "+25 mm" in [text.get_text() for text in axes.texts]

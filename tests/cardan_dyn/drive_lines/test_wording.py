@@ -96,12 +96,12 @@ def test_neither_other_languages_nor_other_units() -> None:
 
 
 def test_quantities_within_sentences() -> None:
-    text = "critical speed 4489 1/min, free length 3400 mm"
+    text = "the table ends at 4489 1/min; free length 3400 mm"
     gap = wording.SPACE
-    assert Wording().sentence(text) == f"critical speed 4489{gap}1/min, free length 3400{gap}mm"
+    assert Wording().sentence(text) == f"the table ends at 4489{gap}1/min; free length 3400{gap}mm"
     german = Wording("de", "imperial").sentence(text)
     # 133.86 in, of which four digits were given: one less than that is shown.
-    assert german == f"kritische Drehzahl 4489{gap}rpm, freie Länge 134{gap}in"
+    assert german == f"die Tabelle endet bei 4489{gap}rpm; freie Länge 134{gap}in"
     assert Wording("de").sentence("angle error ±0.0367°") == "Drehwinkelfehler ±0,0367°"
     power = Wording("de").sentence("1.676e+05 W; no service_factor: K = 1")
     assert power == f"167,6{gap}kW; kein Betriebsfaktor (service_factor): K = 1"
@@ -113,9 +113,10 @@ def test_quantities_within_sentences() -> None:
 
 def test_fields_of_files_have_words() -> None:
     german, english = Wording("de"), Wording()
-    text = "B10 life by rated_torque"
+    text = "give rated_torque of the joint"
     assert english.sentence(text) == text
-    assert german.sentence(text) == "Lebensdauer B10 nach Nenndrehmoment T_D (rated_torque)"
+    assert german.sentence(text) == "Nenndrehmoment T_D (rated_torque) des Gelenks angeben"
+    assert "T_D" in german.sentence("B10 life by rated torque")
     asked = german.sentence("give largest_angle of the joint")
     assert asked == "größter Beugewinkel (largest_angle) des Gelenks angeben"
     assert german.sentence("PSS, CriticalSpeed; PTO practice").endswith("Zapfwellenpraxis")

@@ -263,8 +263,8 @@ def test_numbers_of_the_geometry_and_the_analysis(
         agrees("Joints: places of their centres", 1 + axis, found.centres[:, axis], place)
     forces = analysis.total
     agrees("Motion over a turn", 1, np.abs(analysis.angle_error).max(axis=0)[1:])
-    agrees("Motion over a turn", 2, analysis.ratio.min(axis=0)[1:])
-    agrees("Motion over a turn", 3, analysis.ratio.max(axis=0)[1:])
+    agrees("Motion over a turn", 2, analysis.ratio.min(axis=0)[1:] - 1.0)
+    agrees("Motion over a turn", 3, analysis.ratio.max(axis=0)[1:] - 1.0)
     agrees("Greatest moments over a turn", 1, np.abs(forces.torsion_in).max(axis=0))
     agrees("Greatest moments over a turn", 4, forces.bending_out.max(axis=0))
     agrees("Bearing forces over a turn", 1, forces.bearing_radial.max(axis=0))
@@ -431,9 +431,16 @@ def test_every_open_row_is_listed_with_what_to_give(
     _, _, after = text.partition("<h3>What is open")
     listed = after[: after.find("<h3>")] if after else ""
     items = re.findall(r"<li>(.*?)</li>", listed)
-    assert len(items) == len(judged.verdict.open)
-    for item, row in zip(items, judged.verdict.open, strict=True):
-        assert f"{row.where}, {row.quantity}: ".removeprefix(", ") in item
+    told = {(row.rule, row.quantity, row.note, row.inverses) for row in judged.verdict.open}
+    # Places of which the same is asked share a line.
+    assert bool(told) <= len(items) <= len(told)
+    for row in judged.verdict.open:
+        (item,) = (
+            item
+            for item in items
+            if f", {row.quantity}: " in item
+            and row.where in [*item.partition(f", {row.quantity}: ")[0].split(", ")[1:], ""]
+        )
         # Without what the value stands for.
         assert not re.search("open: ", item.replace("leaves it open: ", ""))
         _, _, reason = row.note.partition("open: ")

@@ -5,8 +5,7 @@ A quantity `length` stands as `length_mm = 900` or as `length = "900 mm"`, see `
 
 from __future__ import annotations
 
-import itertools
-import re
+import dataclasses
 from collections.abc import Iterator
 from os import PathLike, fspath
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import Any
 
 from ....kit.checks import described, file_path, writing
 from ....kit.errors import ModelError, choices
-from ....kit.units import DIMENSIONS, Unit, is_of_usa, keys, plain, si, spellings, written
+from ....kit.units import Unit, is_shorter_in_usa, keys, plain, si, spellings, written
 from ....kit.units import read as read_unit
 from .fields import Entry, entries, items, meanings, number
 
@@ -48,29 +47,23 @@ def read(source: str | PathLike[str], kind: Any) -> Any:
         raise ModelError(f"{where}: {error}") from error
 
 
-def is_customary(source: str | PathLike[str]) -> bool:
-    """Return whether most of a file that could be in units of the USA is in them."""
-    import tomlkit
-
-    found = [is_of_usa(unit) for unit in _units_in(tomlkit.parse(_text(source)[0]).unwrap())]
-    return 2 * sum(found) > len(found)
+def units_of(line: Any) -> str:
+    """Return in which units most quantities of a line are round, `si` or `imperial`."""
+    return "imperial" if sum(_votes(line)) > 0 else "si"
 
 
-def _units_in(item: object, key: str = "") -> Iterator[Unit]:
-    """Yield the units of what stands in a file: behind the names of fields, or the numbers."""
-    if isinstance(item, dict):
-        for name, value in item.items():
-            yield from _units_in(value, name)
-    elif isinstance(item, list):
-        for value in item:
-            yield from _units_in(value, key)
-    else:
-        spelled = re.sub(_NUMBER, "", item).strip() if isinstance(item, str) else ""
-        for unit in itertools.chain(*(of for of in DIMENSIONS.values() if any(map(is_of_usa, of)))):
-            is_said = plain(spelled) in map(plain, unit.spellings)
-            if is_said or (not spelled and key.endswith(f"_{unit.suffix}")):
-                yield unit
-                return
+def _votes(instance: Any) -> Iterator[int]:
+    """Yield of all quantities whether units of the USA say them with fewer digits."""
+    for name, (item, entry) in entries(type(instance)).items():
+        value = getattr(instance, name)
+        if value == item.default:
+            continue
+        if entry.kind in ("part", "parts"):
+            for part in value if entry.kind == "parts" else (value,):
+                yield from _votes(part)
+        elif entry.kind in ("quantity", "point"):
+            for number_of in value if entry.kind == "point" else (value,):
+                yield is_shorter_in_usa(number_of, entry.dimension)
 
 
 def _text(source: str | PathLike[str]) -> tuple[str, str]:
@@ -104,6 +97,8 @@ def _dataclass(table: object, kind: Any, at: str) -> Any:
     sources: dict[str, str] = {}
     for key, value in table.items():
         if key not in places:
+            if meant := _meant(key, fields):
+                raise ModelError(f"{prefix}{key} is no field of a {kind.__name__}; write {meant}")
             known = [
                 next(iter(keys(name, item[1].dimension)), name) for name, item in fields.items()
             ]
@@ -123,6 +118,16 @@ def _dataclass(table: object, kind: Any, at: str) -> Any:
         return kind(**values)
     except ModelError as error:
         raise ModelError(f"{at}: {error}" if at else str(error)) from error
+
+
+def _meant(key: str, fields: dict[str, tuple[dataclasses.Field[Any], Entry]]) -> str:
+    """Return a field with a unit that a key spells otherwise; empty if it spells none."""
+    for name, (_, entry) in fields.items():
+        spelled = plain(key.removeprefix(f"{name}_").replace("_", ""))
+        for valid, unit in keys(name, entry.dimension).items():
+            if key.startswith(f"{name}_") and spelled in map(plain, unit.spellings):
+                return valid
+    return ""
 
 
 def _value(value: object, entry: Entry, unit: Unit | None, name: str, at: str) -> Any:
@@ -194,7 +199,7 @@ def write(line: Any, path: str | PathLike[str] | None = None) -> str:
     """
     import tomlkit
 
-    text = tomlkit.dumps(_table(line))
+    text = tomlkit.dumps(_table(line, units_of(line) == "imperial"))
     if path is not None:
         target = file_path("path", path)
         with writing(target) as part:
@@ -202,7 +207,7 @@ def write(line: Any, path: str | PathLike[str] | None = None) -> str:
     return text
 
 
-def _table(instance: Any) -> dict[str, Any]:
+def _table(instance: Any, of_usa: bool) -> dict[str, Any]:
     """Return the fields of a dataclass that are not left at their defaults, as a file has them.
 
     Numbers and texts come before tables, since TOML would take them for fields of these.
@@ -214,27 +219,18 @@ def _table(instance: Any) -> dict[str, Any]:
         if value == item.default:
             continue
         if entry.kind == "part":
-            nested[name] = _table(value)
+            nested[name] = _table(value, of_usa)
         elif entry.kind == "parts":
-            nested[name] = [_table(part) for part in value]
+            nested[name] = [_table(part, of_usa) for part in value]
         else:
-            key, shown = _entry(name, value, entry)
-            plain[key] = shown
+            if entry.kind == "quantity":
+                name, (value,) = written(name, [value], entry.dimension, of_usa=of_usa)
+            elif entry.kind == "point":
+                name, value = written(name, value, entry.dimension, of_usa=of_usa)
+            plain[name] = value
     if "joints" in nested and not any(nested["joints"]):
         del nested["joints"]  # As many plain ones as there are joints.
     return plain | nested
-
-
-def _entry(name: str, value: Any, entry: Entry) -> tuple[str, Any]:
-    if entry.kind == "quantity":
-        return written(name, value, entry.dimension)
-    if entry.kind == "point":
-        # One unit for all three: the first that gives each of them exactly.
-        for unit in DIMENSIONS[entry.dimension]:
-            numbers = [unit.from_si(item) for item in value]
-            if None not in numbers:
-                return f"{name}_{unit.suffix}", numbers
-    return name, value
 
 
 def schema(kind: type) -> dict[str, Any]:
@@ -332,7 +328,7 @@ def _shaped(schema: dict[str, Any], entry: Entry) -> dict[str, Any]:
 def _pattern(dimension: str) -> str:
     """Return the pattern of a number with a unit, in which dots and blanks may stand."""
     patterns = [
-        r"[ ·*^]*".join(
+        r"[ ·*^-]*".join(
             {"2": "[2²]", "3": "[3³]"}.get(letter, letter) for letter in plain(spelling)
         )
         for spelling in spellings(dimension)

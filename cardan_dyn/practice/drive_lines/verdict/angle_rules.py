@@ -109,7 +109,8 @@ def _difference(one: float, other: float) -> float:
 def _practical_angles(case: Case, row: VerdictRow) -> Iterator[VerdictRow]:
     """Yield the rows of an angle that makers want at least, and at most by application."""
     yield case.held(replace(row, quantity="least joint angle"), "least_joint_angle")
-    yield case.held(replace(row, quantity="joint angle, continuous, PTO"), "pto_angle")
+    if case.limit("pto_angle") is not None or not case.line.application:
+        yield case.held(replace(row, quantity="joint angle, continuous, PTO"), "pto_angle")
     row = replace(row, quantity="joint angle at the greatest speed")
     share, fastest = case.limit("speed_angle_share"), case.fastest
     if share is None:
@@ -364,7 +365,7 @@ def _sizes() -> dict[str, Any]:
 
 
 def _n_beta(case: Case) -> Iterator[VerdictRow]:
-    line, fastest = case.line, case.fastest
+    line, fastest, told = case.line, case.fastest, set[str]()
     for k, joint in enumerate(line.joints):
         row = VerdictRow(rule="n_beta", where=line.joint_names[k], quantity="speed")
         known = _sizes().get(joint.size.strip().upper())
@@ -373,7 +374,9 @@ def _n_beta(case: Case) -> Iterator[VerdictRow]:
             continue
         beta, speed = float(line.joint_angles[k]), fastest.speed
         row = replace(row, value=speed, unit="rad/s", condition=fastest.name)
-        yield _by_size(row, joint, "largest_speed", known.speed if known else None)
+        unknown = _unknown_size(joint.size) if joint.size not in told else ""
+        told.add(joint.size)
+        yield _by_size(row, joint, "largest_speed", known.speed if known else None, unknown)
         product = replace(row, quantity="speed times angle", value=speed * beta, unit="rad^2/s")
         held = _by_size(product, joint, "largest_n_beta", known.n_beta if known else None)
         if held.limit is None:
@@ -384,13 +387,15 @@ def _n_beta(case: Case) -> Iterator[VerdictRow]:
         yield replace(held, inverses=inverses, broken=_far_from_usual(case, k))
 
 
-def _by_size(row: VerdictRow, joint: ShaftJoint, field: str, known: float | None) -> VerdictRow:
+def _by_size(
+    row: VerdictRow, joint: ShaftJoint, field: str, known: float | None, unknown: str = ""
+) -> VerdictRow:
     """Return a row held against a field of a joint, or what its size says."""
     given = getattr(joint, field)
     source = f"Dana, size {joint.size}" if given is None else f"{field} of the joint"
     bound = known if given is None else given
     limit = None if bound is None else Limit(bound, row.unit, source)
-    missing = f"give {field} of the joint, or its size{_unknown_size(joint.size)}"
+    missing = f"give {field} of the joint, or its size{unknown}"
     return judged(row, limit, missing)
 
 

@@ -51,12 +51,16 @@ KNOWN: Mapping[str, Limit] = MappingProxyType(
     {
         **{name: LIMITS[name] for name in _APPLICATION},
         "critical_constant": CRITICAL_CONSTANTS["steel"],
+        "bounce_share": Limit(1.0, "1", GIVEN),
     }
 )
-"""What `limits` may give: a maker's constant of bending speeds too."""
+"""What `limits` may give: also a maker's constant of bending speeds, and the greatest share of the
+speed at which rigid shafts bounce on soft bearings, of which no source tells a limit."""
 FREE_FALL = 9.81
 """Acceleration of free fall [m/s²]."""
-POSITIVE = frozenset({"mean_life_factor", "balance_grade_maker", "critical_constant"})
+POSITIVE = frozenset(
+    {"mean_life_factor", "balance_grade_maker", "critical_constant", "bounce_share"}
+)
 """Names of what rules divide by."""
 _OTHER = {"non_uniformity": "residual_angle", "residual_angle": "non_uniformity"}
 """Both are the limit of one angle: where one of them is given, so is the other."""
@@ -159,7 +163,7 @@ class Case:
         other = _OTHER.get(name)
         if other in self._limits:
             return _of_one_angle(name, self._limits[other])
-        return LIMITS[name] if _APPLICATION[name] in ("", self.line.application) else None
+        return LIMITS[name] if _APPLICATION.get(name) in ("", self.line.application) else None
 
     def of_application(self, name: str) -> str:
         """Return which limit of a kind decides, of any line or of one application.
@@ -185,7 +189,9 @@ class Case:
         for given in (name, _OTHER.get(name, name)):
             if given in self._limits:
                 return f"limits take {given} out"
-        of = _APPLICATION[name]
+        of = _APPLICATION.get(name)
+        if of is None:
+            return f"no source has a limit; limits[{name!r}] gives one"
         return f"a limit of {of} lines; give application = {of!r}, or limits[{name!r}]"
 
     @property

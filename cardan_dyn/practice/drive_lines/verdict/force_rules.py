@@ -236,8 +236,8 @@ def _axial(case: Case) -> Iterator[VerdictRow]:
             source="none: locating bearings carry it",
             note="; ".join(filter(None, notes)),
             broken=(
-                "mu T cos(beta) / r: the torque in the shaft is the one that varies over the "
-                "turn, between T cos(beta) and T / cos(beta)",
+                "μ T cos β / r: the torque in the shaft is the one that varies over the turn, "
+                "between T cos β and T / cos β",
             )
             if beta > 0.0
             else (),

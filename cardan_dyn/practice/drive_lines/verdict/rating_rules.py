@@ -80,9 +80,10 @@ def _fatigue(case: Case, joint: ShaftJoint, row: VerdictRow, back: float) -> Ver
     """Return the row of the torque that a joint bears for ever.
 
     Between -a and b, a < b, the straight line between both ratings in Haigh's diagram bears
-    a / T_DW + (b - a) / T_DSch = 1. As a mean torque never adds to the amplitude that is borne,
-    T_DW is at least half of T_DSch: where it is not known, the whole swing a + b counts against
-    this.
+    a / T_DW + (b - a) / T_DSch = 1. It is told against that rating for which the torque is the
+    nearer to the one that occurs: T_DSch, unless much of it reverses. As a mean torque never adds
+    to the amplitude that is borne, T_DW is at least half of T_DSch: where it is not known, the
+    whole swing a + b counts against this.
 
     Args:
         case: the case.
@@ -93,8 +94,9 @@ def _fatigue(case: Case, joint: ShaftJoint, row: VerdictRow, back: float) -> Ver
     most = row.value or 0.0
     pulsating = _rating(joint, "pulsating_limit", "T_DSch")
     reversing = _rating(joint, "reversing_limit", "T_DW")
+    steady = "shock torque, pulsating"
     if back <= ROUNDING * most:
-        held = replace(row, quantity="shock torque, pulsating")
+        held = replace(row, quantity=steady)
         return case.of_forces(held, pulsating, "give pulsating_limit of the joint (T_DSch)")
     row = replace(
         row,
@@ -104,6 +106,9 @@ def _fatigue(case: Case, joint: ShaftJoint, row: VerdictRow, back: float) -> Ver
     missing = "give reversing_limit of the joint (T_DW)"
     if reversing is not None:
         share = 1.0 if pulsating is None else min(reversing.value / pulsating.value, 1.0)
+        if pulsating is not None and share < 1.0 and back / share < most - back:
+            held = replace(row, quantity=steady, value=back / share + most - back)
+            return case.of_forces(held, pulsating, "")
         held = replace(row, value=back + (most - back) * share)
         return case.of_forces(held, reversing, "")
     if pulsating is None or most > pulsating.value:
@@ -187,7 +192,7 @@ def _steady_life(case: Case, k: int, kind: str, point: OperatingPoint) -> Verdic
     return VerdictRow(
         rule="joint_life",
         where=case.line.joint_names[k],
-        quantity=f"B10 life by {kind}",
+        quantity=f"B10 life by {kind.replace('_', ' ')}",
         value=_life_at(case, joint, kind, beta, occurring) * HOUR,
         unit="s",
         rule_value=_life_at(case, joint, kind, beta, point) * HOUR,
@@ -217,7 +222,7 @@ def _duty_life(case: Case, k: int, kind: str, duty: list[OperatingPoint]) -> Ver
     return VerdictRow(
         rule="duty_cycle",
         where=case.line.joint_names[k],
-        quantity=f"B10 life by {kind}",
+        quantity=f"B10 life by {kind.replace('_', ' ')}",
         value=hours * HOUR,
         unit="s",
         rule_value=by_rule * HOUR,

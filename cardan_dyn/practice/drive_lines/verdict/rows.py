@@ -33,7 +33,11 @@ class Inverse(NamedTuple):
     unit: str
 
     def __str__(self) -> str:
-        return f"{self.what} {as_text(self.value, self.unit)}"
+        return self.told()
+
+    def told(self, units: str = "si") -> str:
+        """Return it in words, in a system of units of `Wording`."""
+        return f"{self.what} {as_text(self.value, self.unit, units)}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,35 +87,39 @@ class VerdictRow:
         room = self.limit.value - self.value
         return (-room if self.limit.bound == "least" else room) / size
 
-    @property
-    def remarks(self) -> tuple[str, ...]:
+    def remarks(self, units: str = "si") -> tuple[str, ...]:
         """Inverses, the note and the broken assumptions, which begin with an exclamation mark."""
-        listed = [*map(str, self.inverses), self.note, *(f"! {text}" for text in self.broken)]
-        return tuple(filter(None, listed))
+        listed = [self.note, *(f"! {text}" for text in self.broken)]
+        if units != "si":
+            listed = [Wording(units=units).sentence(text) for text in listed]
+        return tuple(filter(None, [*(item.told(units) for item in self.inverses), *listed]))
 
-    @property
-    def texts(self) -> tuple[str, ...]:
-        """What tables show of it, in the units that engineers use."""
+    def texts(self, units: str = "si") -> tuple[str, ...]:
+        """What tables show of it, in the units that engineers use, of a system of `Wording`."""
+
+        def shown(value: float | None) -> str:
+            return "" if value is None else as_text(value, self.unit, units)
+
         margin, is_zero = self.margin, self.limit is not None and self.limit.value == 0.0
         room = "" if margin is None else f"{100.0 * margin:+.0f} %"
         # More may act than the values of open rows are of, so that they have no room.
         if self.status == OPEN:
             room = ""
         elif margin is not None and is_zero:
-            room = "+" * (margin >= 0.0) + _text_or_none(margin, self.unit)
+            room = "+" * (margin >= 0.0) + shown(margin)
         bound = "" if self.limit is None else {"least": "≥ "}.get(self.limit.bound, "≤ ")
         return (
             RULES[self.rule].title,
             self.where,
             self.quantity,
-            _text_or_none(self.value, self.unit),
-            _text_or_none(self.rule_value, self.unit),
-            bound + _text_or_none(None if self.limit is None else self.limit.value, self.unit),
+            shown(self.value),
+            shown(self.rule_value),
+            bound + shown(None if self.limit is None else self.limit.value),
             room,
             self.status,
             self.condition,
             self.source,
-            "; ".join(self.remarks),
+            "; ".join(self.remarks(units)),
         )
 
 
@@ -168,11 +176,7 @@ def _noted(row: VerdictRow, text: str) -> VerdictRow:
     return replace(row, note=note, source=row.source or RULES[row.rule].source)
 
 
-def as_text(value: float, unit: str) -> str:
-    """Return a value of SI units in the unit that engineers use."""
-    measure = Wording().measure(BY_UNIT[unit])
+def as_text(value: float, unit: str, units: str = "si") -> str:
+    """Return a value of SI units in the unit that engineers use, of a system of `Wording`."""
+    measure = Wording(units=units).measure(BY_UNIT[unit])
     return amount(value * measure.factor, measure.unit)
-
-
-def _text_or_none(value: float | None, unit: str) -> str:
-    return "" if value is None else as_text(value, unit)

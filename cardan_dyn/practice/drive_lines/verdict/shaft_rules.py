@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -11,14 +11,15 @@ import numpy as np
 from cardan_dyn.analytic import bending_speed, installation, shaft_design, torsional_speed
 from cardan_dyn.analytic.limits import Limit
 
-from ....kit.arrays import EPS, Array
+from ....kit.arrays import EPS, ROUNDED, Array
 from ....kit.errors import ModelError
+from ....kit.roots import zero
 from ..line.closed_chain import cross_inertia, shaft_bodies
 from ..line.data import LineData
 from ..line.geometry import centring_places
 from ..line.parts import Shaft
 from ..line.supports import Support, supports
-from .case import Case
+from .case import Case, OperatingPoint
 from .rows import FAIL, Inverse, VerdictRow, judged, opened, stated, withheld
 
 _STEEL = (2.1e11, 7850.0)
@@ -29,17 +30,17 @@ def shaft_rules(case: Case) -> Iterator[VerdictRow]:
     """Yield the rows about shafts."""
     for k in range(case.line.count + 1):
         yield from _tube(case, k)
-    critical = _critical(case)
+    inner = _inner_beams(case)
     if any(shaft.centring is None for shaft in case.line.shafts[1:-1]):
-        yield from _bending_speed(case, critical)
+        yield from _bending_speeds(case, inner)
     for k in (0, case.line.count):
         if case.line.shafts[k].tube is not None:
-            yield from _bending_speed(case, _end_critical(case, k), case.line.shaft_names[k])
+            yield from _bending_speeds(case, _end_beam(case, k), case.line.shaft_names[k])
     for k in range(1, case.line.count):
         yield from _lengths(case, k)
     yield from _torsional_speed(case)
     for k in range(1, case.line.count):
-        yield from _balance(case, k, critical)
+        yield from _balance(case, k, inner)
 
 
 def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
@@ -88,27 +89,134 @@ def _span(case: Case, k: int) -> float:
 
 
 class _Critical(NamedTuple):
-    """Critical bending speed of a line.
+    """Critical speed at which a shaft bends.
 
     Attributes:
+        shaft: its index.
         speed: [rad/s]; by the maker's constant if the caller gave one.
-        shaft: that bends or moves most.
         by_rule: of that shaft alone, on rigid supports [rad/s].
-        span: free length of that shaft [m].
-        single: whether the line is one shaft on rigid supports, so that the rule is exact.
-        soft: names of centre bearings whose stiffness is not known.
+        span: its free length [m].
     """
 
-    speed: float
     shaft: int
+    speed: float
     by_rule: float
     span: float
-    single: bool
-    soft: tuple[str, ...]
 
 
-def _critical(case: Case) -> _Critical | str:
-    """Return the critical bending speed of a line; in words why there is none."""
+class _Beams:
+    """Shafts that bend together, as beams on springs.
+
+    Attributes:
+        shafts: their indices.
+        springs: names and stiffnesses of the bearings that give way [N/m].
+        soft: names of the bearings whose stiffness is not known.
+        single: whether they are one shaft on rigid supports, so that the rule is exact.
+        found: their modes.
+    """
+
+    def __init__(
+        self,
+        case: Case,
+        shafts: list[int],
+        lengths: Sequence[float],
+        joint_masses: list[float],
+        ends: list[float],
+        bearings: list[tuple[str, bending_speed.LineBearing]],
+        soft: tuple[str, ...] = (),
+    ) -> None:
+        """Take shafts with tubes, and as `bending_speed.line_bending` does what carries them.
+
+        Raises:
+            ValueError: masses or bearings with which there are no modes, in words.
+        """
+        line = case.line
+        self.case, self.shafts, self.soft = case, shafts, soft
+        tubes = [tube for k in shafts if (tube := line.shafts[k].tube) is not None]
+        heavy = [
+            tube.density * tube.area if (mass := line.shafts[k].mass) is None else mass / length
+            for k, tube, length in zip(shafts, tubes, line.geometry.lengths[shafts], strict=True)
+        ]
+        if not min(heavy) > 0.0:
+            raise ValueError("give mass of all shafts, or none to count with that of their tubes")
+        # E A i² with the radius of gyration i² = (D² + d²) / 16.
+        rigidities = [
+            tube.modulus * tube.area * (tube.outer_diameter**2 + tube.inner_diameter**2) / 16.0
+            for tube in tubes
+        ]
+
+        def modes(give: float) -> bending_speed.LineBending:
+            """Return the modes with springs that are so much softer; 0 makes them rigid."""
+            scale = 1.0 / give if give else np.inf
+            return bending_speed.line_bending(
+                lengths,
+                rigidities,
+                heavy,
+                joint_masses,
+                [end * scale if end else 0.0 for end in ends],
+                [item._replace(stiffness=item.stiffness * scale) for _, item in bearings],
+            )
+
+        self._modes, self.found = modes, modes(1.0)
+        self.springs = {
+            name: item.stiffness for name, item in bearings if np.isfinite(item.stiffness)
+        }
+        self.single = len(shafts) == 1 and not bearings and ends == [np.inf] * 2
+        # The beam itself, without the elements' last digits.
+        self._exact = float(np.sqrt(rigidities[0] / heavy[0]) * (np.pi / lengths[0]) ** 2)
+
+    @property
+    def bending(self) -> list[_Critical]:
+        """Critical speed of each shaft: its lowest mode whose energy lies in tubes.
+
+        It is one in which the shaft has a mean share of that energy at least.
+        """
+        found = []
+        for index, k in enumerate(self.shafts):
+            strain = self.found.strain
+            part = strain[:, index] >= (1.0 - ROUNDED) * strain.mean(axis=1)
+            at = np.argmax((strain.sum(axis=1) >= 0.5) & part)
+            speed = self._exact if self.single else float(self.found.speeds[at])
+            tube, span = self.case.line.shafts[k].tube, _span(self.case, k)
+            both = _diameters(self.case.line.shafts[k])
+            material = _STEEL if tube is None else (tube.modulus, tube.density)
+            by_rule = float(shaft_design.critical_speed(*both, span, *material))
+            if constant := self.case.critical_constant:
+                maker = float(bending_speed.critical_speed_by_constant(*both, span, constant.value))
+                speed, by_rule = speed * maker / by_rule, maker
+            found.append(_Critical(k, speed, by_rule, span))
+        return found
+
+    @property
+    def bounce(self) -> tuple[float, int] | None:
+        """Lowest speed [rad/s] whose energy lies in springs, and the shaft that moves most.
+
+        None where shafts bend at lower ones.
+        """
+        in_tubes = self.found.strain.sum(axis=1) >= 0.5
+        last = max(int(np.argmax(in_tubes & (part > 0.0))) for part in self.found.strain.T)
+        at = int(np.argmin(in_tubes))
+        if in_tubes[at] or at > last:
+            return None
+        return float(self.found.speeds[at]), self.shafts[int(np.argmax(self.found.kinetic[at]))]
+
+    def stiffer(self, speed: float) -> tuple[Inverse, ...]:
+        """Return the stiffnesses with which no critical speed is below one [rad/s], if any are."""
+
+        def room(give: float) -> float:
+            return self._modes(give).speed - speed
+
+        if room(0.0) <= 0.0 or room(1.0) >= 0.0:
+            return ()
+        give = zero(room, 0.0, 1.0)
+        return tuple(
+            Inverse(f"stiffness of {name}", stiffness / give, "N/m")
+            for name, stiffness in self.springs.items()
+        )
+
+
+def _inner_beams(case: Case) -> _Beams | str:
+    """Return the shafts between joints; in words why they have no critical speed."""
     line, lengths = case.line, case.line.geometry.lengths
     inner = [k for k in range(1, line.count) if line.shafts[k].centring is None]
     if not inner:
@@ -116,18 +224,6 @@ def _critical(case: Case) -> _Critical | str:
     lacking = [line.shaft_names[k] for k in inner if line.shafts[k].tube is None]
     if lacking:
         return f"give tube of {', '.join(lacking)}"
-    sections = [section for k in inner if (section := line.shafts[k].tube) is not None]
-    heavy = [
-        (section.density * section.area if (mass := line.shafts[k].mass) is None else mass / length)
-        for k, section, length in zip(inner, sections, lengths[inner], strict=True)
-    ]
-    if not min(heavy) > 0.0:
-        return "give mass of all shafts, or none to count with that of their tubes"
-    ends = [_end_stiffness(line.shafts[0]), _end_stiffness(line.shafts[-1])]
-    # E A i² with the radius of gyration i² = (D² + d²) / 16.
-    rigidities = [
-        s.modulus * s.area * (s.outer_diameter**2 + s.inner_diameter**2) / 16.0 for s in sections
-    ]
     names = iter(item.name for item in _bearings(case))
     soft, bearings = [], []
     for k, shaft in enumerate(line.shafts):
@@ -137,67 +233,38 @@ def _critical(case: Case) -> _Critical | str:
                 stiffness = np.inf if item.stiffness is None else item.stiffness
                 soft += [name] if item.stiffness is None else []
                 place = item.distance + _extensions(case, k)[0]
-                bearings.append(bending_speed.LineBearing(inner.index(k), place, stiffness))
-    rigid = bool(np.isinf(ends).all())
-    single = len(inner) == 1 and not bearings and rigid and not line.centred
-    if single:
-        # The beam itself, without the elements' last digits.
-        found = float(np.sqrt(rigidities[0] / heavy[0]) * (np.pi / lengths[inner[0]]) ** 2)
-        at = inner[0]
-    else:
-        try:
-            bending = bending_speed.line_bending(
-                [lengths[k] + sum(_extensions(case, k)) for k in inner],
-                rigidities,
-                heavy,
-                _joint_masses(case),
-                ends,
-                bearings,
-            )
-        except ValueError as error:
-            return str(error)
-        found, at = bending.speed, inner[int(np.argmax(bending.shares))]
-    span = _span(case, at)
-    section = sections[inner.index(at)]
-    both, material = _diameters(line.shafts[at]), (section.modulus, section.density)
-    by_rule = float(shaft_design.critical_speed(*both, span, *material))
-    constant = case.critical_constant
-    if constant is not None:
-        by_maker = float(bending_speed.critical_speed_by_constant(*both, span, constant.value))
-        found, by_rule = found * by_maker / by_rule, by_maker
-    return _Critical(found, at, by_rule, span, single, tuple(soft))
+                beam = bending_speed.LineBearing(inner.index(k), place, stiffness)
+                bearings.append((name, beam))
+    ends = [_end_stiffness(line.shafts[0]), _end_stiffness(line.shafts[-1])]
+    long = [float(lengths[k] + sum(_extensions(case, k))) for k in inner]
+    try:
+        return _Beams(case, inner, long, _joint_masses(case), ends, bearings, tuple(soft))
+    except ValueError as error:
+        return str(error)
 
 
-def _end_critical(case: Case, k: int) -> _Critical | str:
-    """Return the critical bending speed of an end shaft with a tube; in words why there is none.
+def _end_beam(case: Case, k: int) -> _Beams | str:
+    """Return an end shaft with a tube; in words why it has no critical speed.
 
     It is a beam on its bearings, as stiff as they are said to be. Its ends are free: two bearings
     hold the joint too. A shaft with one bearing hangs by its joint, which is rigid then.
     """
-    line, shaft, tube = case.line, case.line.shafts[k], case.line.shafts[k].tube
-    if tube is None or not shaft.bearings:
+    line, shaft = case.line, case.line.shafts[k]
+    if not shaft.bearings:
         return f"give bearings of {line.shaft_names[k]}"
     given = float(line.geometry.lengths[k])
-    length = np.fmax(given, max(item.distance for item in shaft.bearings))
-    heavy = shaft.mass / length if shaft.mass else tube.density * tube.area
-    rigidity = tube.modulus * tube.area * np.hypot(*_diameters(shaft)) ** 2 / 16.0
+    length = float(np.fmax(given, max(item.distance for item in shaft.bearings)))
+    names = [item.name for item in _bearings(case) if item.shaft == k] or [""] * len(shaft.bearings)
     bearings = [
-        bending_speed.LineBearing(0, item.distance, item.stiffness or np.inf)
-        for item in shaft.bearings
+        (name, bending_speed.LineBearing(0, item.distance, item.stiffness or np.inf))
+        for name, item in zip(names, shaft.bearings, strict=True)
     ]
     masses = [line.joints[0 if k == 0 else -1].cross_mass, 0.0]
     ends = [np.inf if len(bearings) == 1 else 0.0, 0.0]
     try:
-        found = bending_speed.line_bending([length], [rigidity], [heavy], masses, ends, bearings)
+        return _Beams(case, [k], [length], masses, ends, bearings)
     except ValueError as error:
         return str(error)
-    span, both = _span(case, k), _diameters(shaft)
-    by_rule = float(shaft_design.critical_speed(*both, span, tube.modulus, tube.density))
-    constant, speed = case.critical_constant, found.speed
-    if constant is not None:
-        by_maker = float(bending_speed.critical_speed_by_constant(*both, span, constant.value))
-        speed, by_rule = speed * by_maker / by_rule, by_maker
-    return _Critical(speed, k, by_rule, span, single=False, soft=())
 
 
 def _bearings(case: Case) -> tuple[Support, ...]:
@@ -243,57 +310,87 @@ def _joint_masses(case: Case) -> list[float]:
     return result
 
 
-def _bending_speed(case: Case, found: _Critical | str, where: str = "") -> Iterator[VerdictRow]:
-    """Yield the rows of the shafts between joints, or of the end shaft of a name."""
+def _bending_speeds(case: Case, beams: _Beams | str, where: str = "") -> Iterator[VerdictRow]:
+    """Yield the rows of shafts that bend together, between joints or the end shaft of a name."""
     fastest, line = case.fastest, case.line
     row = VerdictRow(rule="bending_speed", where=where, quantity="share of the critical speed")
-    if isinstance(found, str) or fastest is None or fastest.speed is None:
-        yield opened(row, found if isinstance(found, str) else "give speed")
+    if isinstance(beams, str) or fastest is None or fastest.speed is None:
+        yield opened(row, beams if isinstance(beams, str) else "give speed")
         return
     name = case.of_application("bending_speed_share")
-    row = replace(
-        row,
-        where=line.shaft_names[found.shaft],
-        value=fastest.speed / found.speed,
-        rule_value=fastest.speed / found.by_rule,
+    for found in beams.bending:
+        of_shaft = replace(
+            row,
+            where=line.shaft_names[found.shaft],
+            value=fastest.speed / found.speed,
+            rule_value=fastest.speed / found.by_rule,
+            condition=fastest.name,
+            broken=_not_a_beam(case, beams, found),
+            inverses=(
+                Inverse("critical speed", found.speed, "rad/s"),
+                *_greatest_length(case, beams, found, case.limit(name)),
+            ),
+            note=_critical_text(case, beams, found),
+        )
+        for held in (case.held(of_shaft, name), _half_critical(case, found)):
+            yield withheld(_unless_soft(held, beams), _unknown_speed(case))
+    yield from _bounce(case, beams, fastest)
+
+
+def _bounce(case: Case, beams: _Beams, fastest: OperatingPoint) -> Iterator[VerdictRow]:
+    """Yield the row of rigid shafts that bounce on soft bearings, which bend no tube."""
+    if beams.bounce is None:
+        return
+    speed, shaft = beams.bounce
+    row = VerdictRow(
+        rule="bending_speed",
+        where=case.line.shaft_names[shaft],
+        quantity="speed at which rigid shafts bounce on their bearings",
+        value=speed,
+        unit="rad/s",
         condition=fastest.name,
-        broken=_not_a_beam(case, found),
-        inverses=_greatest_length(case, found, case.limit(name)),
-        note=_critical_text(case, found),
+        note="running through it is usual, staying at it or at half of it is not",
     )
-    for held in (case.held(row, name), _half_critical(case, found)):
-        yield withheld(_unless_soft(held, found), _unknown_speed(case))
+    share = case.limit("bounce_share")
+    if share is None or not fastest.speed:
+        yield stated(row, "" if share else case.why_not("bounce_share"))
+        return
+    least = fastest.speed / share.value
+    row = replace(row, inverses=beams.stiffer(least))
+    yield judged(row, Limit(least, "rad/s", share.source, "least"), "")
 
 
-def _unless_soft(row: VerdictRow, found: _Critical) -> VerdictRow:
+def _unless_soft(row: VerdictRow, beams: _Beams) -> VerdictRow:
     """Return the row of a line, which passes nothing while a bearing's stiffness is unknown."""
-    if not found.soft:
+    if not beams.soft:
         return row
     return withheld(
         row,
-        f"give stiffness of {', '.join(found.soft)}, across the shaft and with its bracket; the "
+        f"give stiffness of {', '.join(beams.soft)}, across the shaft and with its bracket; the "
         "value is that of rigid ones, which soft ones exceed",
     )
 
 
-def _critical_text(case: Case, found: _Critical) -> str:
+def _critical_text(case: Case, beams: _Beams, found: _Critical) -> str:
     constant = case.critical_constant
-    by = "" if constant is None else f" by {constant.source}"
-    rpm = found.speed * 30.0 / np.pi
-    of = f"free length {found.span * 1e3:.0f} mm"
+    texts = [] if constant is None else [f"critical speed by {constant.source}"]
     if found.shaft in (0, case.line.count):
-        of = "; ".join([of, "on its own bearings"])
-    elif not found.single:
-        of = "of all shafts together with joints and bearings"
-    return f"critical speed {rpm:.0f} 1/min{by}, {of}"
+        texts += [f"free length {found.span * 1e3:.0f} mm", "on its own bearings"]
+    elif beams.single:
+        texts.append(f"free length {found.span * 1e3:.0f} mm")
+    else:
+        texts.append("of all shafts together with joints and bearings")
+    return "; ".join(texts)
 
 
-def _greatest_length(case: Case, found: _Critical, limit: Limit | None) -> tuple[Inverse, ...]:
+def _greatest_length(
+    case: Case, beams: _Beams, found: _Critical, limit: Limit | None
+) -> tuple[Inverse, ...]:
     """Return the greatest free length of a shaft on rigid supports."""
     fastest = case.fastest
     if limit is None or limit.value <= 0.0 or fastest is None or not fastest.speed:
         return ()
-    if not found.single:
+    if not beams.single:
         return ()
     outer, inner = _diameters(case.line.shafts[found.shaft])
     # The beam or the constant that was used, in the form of the makers.
@@ -302,7 +399,7 @@ def _greatest_length(case: Case, found: _Critical, limit: Limit | None) -> tuple
     return (Inverse("greatest free length", float(length), "m"),)
 
 
-def _not_a_beam(case: Case, found: _Critical) -> tuple[str, ...]:
+def _not_a_beam(case: Case, beams: _Beams, found: _Critical) -> tuple[str, ...]:
     section = case.line.shafts[found.shaft].tube
     broken = []
     if found.shaft in (0, case.line.count):
@@ -310,7 +407,7 @@ def _not_a_beam(case: Case, found: _Critical) -> tuple[str, ...]:
             "one shaft on rigid supports at its ends: the value counts with its bearings where "
             "they are, and with what overhangs"
         )
-    elif not found.single:
+    elif not beams.single:
         broken.append(
             "one shaft on rigid supports close to its joints: the value counts with all shafts, "
             "joints and bearings"
@@ -527,7 +624,7 @@ def _lengths(case: Case, k: int) -> Iterator[VerdictRow]:
         yield opened(row, f"give {fields} of the spline of {where}")
 
 
-def _balance(case: Case, k: int, critical: _Critical | str) -> Iterator[VerdictRow]:
+def _balance(case: Case, k: int, inner: _Beams | str) -> Iterator[VerdictRow]:
     line, where, fastest = case.line, case.line.shaft_names[k], case.fastest
     shaft, length = line.shafts[k], float(line.geometry.lengths[k])
     mass = shaft.mass
@@ -553,15 +650,16 @@ def _balance(case: Case, k: int, critical: _Critical | str) -> Iterator[VerdictR
         condition=fastest.name,
         source=grade.source,
         note=text,
-        broken=_not_rigid(case, critical),
+        broken=_not_rigid(case, k, inner),
     )
 
 
-def _not_rigid(case: Case, critical: _Critical | str) -> tuple[str, ...]:
-    """Return that a line runs so close to its critical speed that it bends."""
+def _not_rigid(case: Case, k: int, inner: _Beams | str) -> tuple[str, ...]:
+    """Return that a shaft runs so close to its critical speed that it bends."""
     fastest = case.fastest
-    if isinstance(critical, str) or fastest is None or not fastest.speed:
+    if isinstance(inner, str) or fastest is None or not fastest.speed:
         return ()
-    if fastest.speed <= critical.speed / 2.0:
+    found = [item.speed for item in inner.bending if item.shaft == k]
+    if not found or fastest.speed <= found[0] / 2.0:
         return ()
     return ("well below the critical speed: it runs above half of it",)

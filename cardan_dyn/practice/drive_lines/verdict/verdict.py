@@ -11,6 +11,7 @@ from cardan_dyn.analytic.rules import RULES
 
 from ....kit.errors import MissingExtraError
 from ....kit.markup import table
+from ..line.files import units_of
 from .angle_rules import angle_rules
 from .case import Case
 from .force_rules import force_rules
@@ -39,10 +40,12 @@ class Verdict:
     Attributes:
         line: its name.
         rows: a row per rule and place, in the order of `analytic.rules.RULES`.
+        units: in which it is printed and drawn, `si` or `imperial`: those of most data of the line.
     """
 
     line: str
     rows: tuple[VerdictRow, ...]
+    units: str = "si"
 
     @property
     def passed(self) -> bool:
@@ -103,21 +106,22 @@ class Verdict:
 
     def __str__(self) -> str:
         columns = [HEADINGS.index(name) for name in _NARROW]
-        cells = [[row.texts[i] for i in columns] for row in self.rows]
+        every = [row.texts(self.units) for row in self.rows]
+        cells = [[texts[i] for i in columns] for texts in every]
         widths = [max(map(len, column)) for column in zip(_NARROW, *cells, strict=True)]
         lines = [f"{self.line}: {self.summary}", _line(_NARROW, widths)]
         title = ""
-        for row, texts in zip(self.rows, cells, strict=True):
-            if row.texts[0] != title:
-                title = row.texts[0]
+        for row, (heading, *_), texts in zip(self.rows, every, cells, strict=True):
+            if heading != title:
+                title = heading
                 lines.append(f"-- {title}")
             lines.append(_line(texts, widths))
-            lines += [f"     {text}" for text in row.remarks]
+            lines += [f"     {text}" for text in row.remarks(self.units)]
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
         title = f"{self.line}: {self.summary}"
-        return table(HEADINGS, (row.texts for row in self.rows), title)
+        return table(HEADINGS, (row.texts(self.units) for row in self.rows), title)
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return all rows as a table in SI units and radians, `unit` beside the numbers.
@@ -145,7 +149,7 @@ class Verdict:
                 "status": [row.status for row in self.rows],
                 "condition": [row.condition for row in self.rows],
                 "source": [row.source for row in self.rows],
-                "remarks": [row.texts[-1] for row in self.rows],
+                "remarks": ["; ".join(row.remarks()) for row in self.rows],
             }
         )
 
@@ -172,7 +176,7 @@ def verdict(
     ]
     order = list(RULES)
     ordered = tuple(sorted(rows, key=lambda row: order.index(row.rule)))
-    return Verdict(line.name, ordered)
+    return Verdict(line.name, ordered, units_of(line))
 
 
 def _line(texts: tuple[str, ...] | list[str], widths: list[int]) -> str:
