@@ -103,20 +103,27 @@ def sign_note(turn: Swept, opened: Collection[str]) -> str:
 def determined(wrench: Any, quantity: str, components: Sequence[int] = (0, 1, 2)) -> bool:
     """Return whether a quantity of a `JointWrench` follows from the laws of motion alone.
 
+    Components that statics leaves open count as far as they carry something: where loads lie in the
+    plane of a planar mechanism, what acts in it is all there is, and what acts across it is none.
+
     Args:
         wrench: of the joint.
         quantity: of `UNITS`, or `force` or `moment`.
         components: of the force or moment that are meant.
     """
-    unique = (
-        wrench.unique[3:] if quantity in ("torsion", "bending", "moment") else wrench.unique[:3]
-    )
-    if quantity in ("force", "moment") or np.all(unique):
-        return bool(np.all(unique[list(components)]))
-    axes = np.abs(np.reshape(wrench.axis, (-1, 3)))
-    # A component counts unless it is across the axis, or else along it, at all positions.
-    far = axes < 1.0 - ROUNDED if quantity in ("bending", "shear") else axes > ROUNDED
-    return bool(np.all(unique[np.any(far, axis=0)]))
+    is_moment = quantity in ("torsion", "bending", "moment")
+    unique = wrench.unique[3:] if is_moment else wrench.unique[:3]
+    if np.all(unique):
+        return True
+    meant = np.isin(np.arange(3), components)
+    if quantity not in ("force", "moment"):
+        axes = np.abs(np.reshape(wrench.axis, (-1, 3)))
+        # A component counts unless it is across the axis, or else along it, at all positions.
+        far = axes < 1.0 - ROUNDED if quantity in ("bending", "shear") else axes > ROUNDED
+        meant &= np.any(far, axis=0)
+    vectors = wrench.moment if is_moment else wrench.force
+    known, opened = (_greatest([vectors[..., meant & of]]) for of in (unique, ~unique))
+    return not np.any(meant & ~unique) or opened < NOTHING * known
 
 
 def known_part(wrench: Any, quantity: str) -> str:

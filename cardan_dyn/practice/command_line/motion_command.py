@@ -337,7 +337,7 @@ def _print_extremes(swept: Sweep, places: Array, unit: str, said: str) -> None:
     if told.replace(MARK, ""):
         caption += " Where statics leaves one open, its greatest part that is determined, by name."
     if opened := swept.left_open.text:
-        caption += f" * {opened[0].upper()}{opened[1:]}."
+        caption += f" {'* ' * (MARK in told)}{opened[0].upper()}{opened[1:]}."
     unknown = [
         np.isnan(values_of(wrench, quantity)) for wrench in swept.values() for quantity in PARTS
     ]

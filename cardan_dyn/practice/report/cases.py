@@ -11,11 +11,12 @@ import numpy as np
 from ..._version import __version__
 from ...core.results.result import Result
 from ...core.results.table import Table, Variable
+from ...figures.wrenches import together
 from ...kit.errors import ArgumentError
 from ...kit.frozen import Frozen
 from ...kit.quantities import amount, column
 from .extremes import RIGHT, Extreme, counted
-from .findings import EFFORTS, Findings
+from .findings import Findings
 
 
 class Cases(Result, Frozen):
@@ -34,17 +35,17 @@ class Cases(Result, Frozen):
     def governing(self) -> list[tuple[int, Extreme]]:
         """Of each quantity that statics determines the greatest, behind the index of its case."""
         found: dict[str, tuple[int, Extreme]] = {}
+        most: dict[str, float] = {"N": 0.0, "N·m": 0.0}
         for case, report in enumerate(self.reports):
-            for item in report.once:
+            for item in filter(lambda one: one.determined, report.told):
                 best = found.get(item.quantity)
-                if item.determined and (best is None or item.size > best[1].size):
+                most[item.unit] = max(most.get(item.unit, 0.0), item.size)
+                if best is None or item.size > best[1].size:
                     found[item.quantity] = case, item
-        efforts = {(found[name][0], found[name][1].owner) for name in EFFORTS if name in found}
-        return [
-            (case, item)
-            for case, item in found.values()
-            if (case, item.owner) not in efforts or not self.reports[case].is_effort(item)
-        ]
+        length = self.reports[0].mechanism.characteristic_length
+        most |= together(most["N"], most["N·m"], length)
+        # What is 0 in the digits of the greatest sizes nothing.
+        return [of for of in found.values() if float(column([of[1].size, most[of[1].unit]])[0][0])]
 
     @property
     def in_words(self) -> str:
@@ -104,14 +105,14 @@ class Cases(Result, Frozen):
         if self.labels:
             told.insert(0, ("case", [self.labels[case] for case in cases], "", "load case"))
         mechanism = self.reports[0].mechanism
-        for name in dict.fromkeys(name for report in self.reports for name in report.drives):
+        for name in dict.fromkeys(name for report in self.reports for name in report.over):
             for end in ("greatest", "least"):
                 values = []
                 for case, item in zip(cases, rows, strict=True):
-                    places, drives = getattr(item, f"{end}_at"), self.reports[case].drives
-                    is_known = len(places) and name in drives
-                    values.append(places[0, drives.index(name)] if is_known else np.nan)
-                unit = mechanism.drivable[name].unit
+                    places, over = getattr(item, f"{end}_at"), self.reports[case].over
+                    is_known = len(places) and name in over
+                    values.append(places[0, over.index(name)] if is_known else np.nan)
+                unit = "s" if name == "time" else mechanism.drivable[name].unit
                 told.append((f"{end}_at_{name}", values, unit, f"position of {name} there"))
         return Table(
             [

@@ -29,8 +29,8 @@ def courses(
 ) -> Figure:
     """Draw quantities, axes for each and a line for each case.
 
-    They are drawn over what all cases have in common: the only drive, or else the row of their task
-    that turns back least, or else the number of the sample.
+    They are drawn over what all cases have in common: time, the only drive, or else the row of
+    their task that turns back least, or else the number of the sample.
 
     Args:
         cases: in which something is driven.
@@ -69,6 +69,8 @@ def _over(reports: Sequence[Findings], sweeps: Sequence[Sweep], x: str) -> list[
     rows = [{row.name: row for row in task_rows(sweep)} for sweep in sweeps]
     common = [name for name in rows[0] if all(name in of for of in rows)]
     drives = {report.drives for report in reports}
+    if not x and all(report.is_over_time for report in reports):
+        return [over("time", sweep.time, "s") for sweep in sweeps]
     if x and x not in common and x not in reports[0].mechanism.drivable:
         raise ArgumentError(
             f"x is {x!r}; it is a coordinate or a row of the task of all cases: "

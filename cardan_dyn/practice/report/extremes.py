@@ -14,6 +14,7 @@ from ...core.results.sweep import Sweep
 from ...figures.wrenches import QUANTITIES, determined, values_of
 from ...kit.arrays import BLOCK_SIZE, EPS, NOTHING, ROUNDED, Array
 from ...kit.errors import CardanError, ModelError
+from ...kit.quantities import span
 from ...scene.scene import Scene
 from .panels import DEGREE, MOST, Known, Tolerance, greatest
 
@@ -37,12 +38,12 @@ class Extreme(NamedTuple):
             `drive effort`, `holding effort`, `coupling effort`, or what an element exerts.
         unit: of the values.
         greatest, least: values; the same where it is constant.
-        greatest_at, least_at: `(n, d)` drive positions where these occur [rad or m]; empty where it
-            is constant.
+        greatest_at, least_at: `(n, d)` drive positions where these occur [rad or m], or times
+            `(n, 1)` [s] of a sweep over time; empty where it is constant.
         determined: whether it follows from the laws of motion alone. If not, it was chosen by the
             `rule` of the sweep.
-        error: by how much the quantity may exceed them anywhere in the range, measured; NaN if
-            they are those of the samples, and nothing is known of what lies between.
+        error: by how much the quantity may exceed them anywhere in the range, measured, infinite
+            where that is not known; NaN if they are those of the samples alone.
     """
 
     owner: str
@@ -73,8 +74,8 @@ class Extreme(NamedTuple):
 
     @property
     def settled(self) -> bool:
-        """Whether nothing in the range exceeds it by more than a millionth of its size."""
-        return self.error <= RIGHT * self.size
+        """Whether nothing is known to exceed it by more than a millionth of its size."""
+        return not self.error > RIGHT * self.size
 
 
 class Quantity(NamedTuple):
@@ -115,15 +116,17 @@ class Extremes(NamedTuple):
     unknown: str
     rounding: float
 
-    @property
-    def doubt(self) -> str:
-        """What there is to doubt, as a sentence; empty if nothing."""
-        if not self.unknown:
-            return ""
-        loose = sum(not item.settled for item in self.rows)
-        of = f"{loose} of {len(self.rows)} extremes may be exceeded"
-        samples = f"extremes are those of {self.covered}" if self.covered else of
-        return f"{samples[0].upper()}{samples[1:]}: {self.unknown}."
+
+def places_of(sweep: Sweep) -> Array:
+    """Return where its samples are: times `(N, 1)` of a sweep over time, or its drives `(N, d)`."""
+    if is_over_time(sweep):
+        return sweep.time[:, None]
+    return np.reshape(sweep.position, (len(sweep), -1))
+
+
+def is_over_time(sweep: Sweep) -> bool:
+    """Return whether each sample of a sweep is later than the one before."""
+    return sweep.time.ndim == 1 and len(sweep) > 1 and bool(np.all(np.diff(sweep.time) > 0.0))
 
 
 def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
@@ -131,33 +134,39 @@ def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
 
     Those of a sweep with one drive at constant rates and loads are those of the whole range between
     its first and last position, however few samples it has: see `panels`. Several drives are
-    looked through on a grid, from the best positions of which the way is followed uphill. What else
-    there is between samples is not known, and said.
+    looked through on a grid, from the best positions of which the way is followed uphill. All
+    others are those of the samples.
 
     Args:
         sweep: over one dimension.
         box: `(d, 2)` ranges of several drives at rest, if all of them are meant.
     """
     quantities = list(quantities_of(sweep))
-    at = np.reshape(sweep.position, (len(sweep), -1))
+    at = places_of(sweep)
     samples = _values(quantities, sweep)
     rounding = _Rounding.of(sweep, quantities, samples)
     error, known_search = np.full(len(quantities), np.nan), None
-    given, unknown = _fixed_case(sweep)
-    covered = f"the {counted(len(sweep))}"
+    given, varies = _fixed_case(sweep)
+    covered, unknown = f"the {counted(len(sweep))}", ""
     if np.isnan(samples).any():
         unknown = "some samples are not known themselves"
     elif box is not None and len(box) > 1:
         at, samples, covered, unknown = _uphill(sweep, quantities, box, at, samples)
-    elif not unknown and len(np.unique(at)) == 1:
+    elif is_over_time(sweep):
+        covered += f" from {span(float(sweep.time[0]), float(sweep.time[-1]), 's', ' to ')}"
+    elif varies:
+        covered += f", as {varies}"
+    elif len(np.unique(at)) == 1:
         error[:] = 0.0
-    elif not unknown:
+    else:
         try:
             search = Search(sweep, given)
             at, samples, error, rounding = search.found(quantities, samples)
             known_search, covered = search, ""
         except CardanError as failure:
             unknown = f"positions between them cannot be solved: {failure}"
+    if unknown:
+        error[:] = np.inf
     floor, is_turn = rounding.floor, known_search is not None and known_search.is_turn
     samples = np.where(np.abs(samples) <= floor, 0.0, samples)
     rows = []
@@ -202,7 +211,7 @@ def _values(quantities: list[Quantity], sweep: Sweep) -> Array:
 def _fixed_case(sweep: Sweep) -> tuple[dict[str, Any], str]:
     """Return the arguments that all samples of a sweep have in common, or why there are none."""
     if sweep.free:
-        return {}, "joints are free to move between the samples"
+        return {}, "joints are free to move between them"
     if len(sweep.coordinates) != 1:
         return {}, "several drives move, and which way from sample to sample is not known"
     rates: dict[str, Any] = {"speed": sweep.speed, "acceleration": sweep.acceleration}

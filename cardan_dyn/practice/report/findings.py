@@ -20,13 +20,22 @@ from ...figures.wrenches import PARTS
 from ...kit.arrays import NOTHING, ROUNDED, Array
 from ...kit.frozen import Frozen
 from ...kit.periodic import MOST_NODES
-from ...kit.quantities import column, span
+from ...kit.quantities import amount, column, span
 from ...scene.describe import describe
 from ...scene.mechanism_report import MechanismReport
 from ...scene.task_sweep import TaskSweep, unit_of_row
 from .case import STANDING, Case
 from .described import fingerprint
-from .extremes import RIGHT, SIZES, Extreme, Extremes, counted, extremes, quantities_of
+from .extremes import (
+    RIGHT,
+    SIZES,
+    Extreme,
+    Extremes,
+    counted,
+    extremes,
+    is_over_time,
+    quantities_of,
+)
 from .grids import place, way
 from .page import FRAMES, HIGHEST, today
 
@@ -200,7 +209,7 @@ class Findings(Result, Frozen):
         if sweep.mechanism.drivable[self.drives[0]].slides:
             return f"orders are those of a drive that turns, and {self.drives[0]} slides"
         if self._found.search is None:
-            return f"orders are not known between samples: {self._found.unknown}"
+            return f"orders are those of a range, and these are {self._found.covered}"
         if abs(self._turns - round(self._turns)) > 1e-9 or not round(self._turns):
             return f"orders need whole turns, the angles cover {self._turns:.6g}"
         return "" if self.acts else "nothing acts"
@@ -236,9 +245,9 @@ class Findings(Result, Frozen):
     @cached_property
     def doubts(self) -> tuple[str, ...]:
         """What has to be known before any number is used; empty if all of them are right."""
-        found = [self._found.doubt] if self.acts and self._found.unknown else []
+        unknown = self._found.unknown if self.acts else ""
         reach = "" if self.sweep is None else self.sweep.near_reach
-        found += map(sentence, filter(None, [self._near_singular, reach]))
+        found = [sentence(text) for text in (unknown, self._near_singular, reach) if text]
         if self.sweep is not None and self.acts and self.drives:
             # Whatever is looked at, such a function may be something else in between.
             given = [
@@ -291,6 +300,9 @@ class Findings(Result, Frozen):
             return ""
         if not len(places):
             return "throughout"
+        if self.is_over_time:
+            size = float(np.abs(self.sweep.time).max())
+            return ", ".join(f"t = {amount(float(time), 's', size=size)}" for time in places[:, 0])
         if len(self.drives) == 1:
             slides = self.sweep.mechanism.drivable[self.drives[0]].slides
             size = float(np.abs(self.sweep.position).max())
@@ -335,7 +347,7 @@ class Findings(Result, Frozen):
             return "\n".join(lines)
         if not self.acts:
             return "\n".join([*lines, "Nothing acts: no load, weight, inertia or element."])
-        if self.drives and not self._found.unknown:
+        if self.drives:
             lines.append(f"Extremes of {self.covered}.")
         lines += [f"! {text}" for text in self.beware]
         acting = self.told
@@ -352,29 +364,57 @@ class Findings(Result, Frozen):
             if len(first):
                 between += f" at {self.at(first[:2])}; {opposite} at {self.at(last[:2])}"
             lines.append(f"{mark}{item.quantity.ljust(width)} {between}")
-        if len(self.drives) > 1:
+        if self.has_places:
             lines.append("The page, and `places`, tell the positions of all drives at each place.")
         if not all(item.settled for item in acting):
             lines.append("? may be exceeded, see above")
         if self.left_open:
-            lines.append(f"* {self.left_open}")
+            marked = any(not item.determined for item in acting)
+            lines.append(f"{'* ' * marked}{self.left_open}")
         lines += [f"{name} {value:.1e}: {text}" for name, value, text in self.judgement]
         return "\n".join(lines)
 
+    @property
+    def is_over_time(self) -> bool:
+        """Whether places are times."""
+        return self.sweep is not None and is_over_time(self.sweep)
+
+    @property
+    def over(self) -> tuple[str, ...]:
+        """What places are positions of: `time`, or the drives."""
+        return ("time",) if self.is_over_time else self.drives
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether extremes are those of a range, and nothing of them is in doubt."""
+        return self._found.search is not None and not self.doubts
+
+    @property
+    def has_places(self) -> bool:
+        """Whether places are positions of several drives, which have numbers."""
+        return len(self.drives) > 1 and not self.is_over_time
+
     @cached_property
-    def once(self) -> list[Extreme]:
-        """The extremes of what acts, without forces and moments that a part of them tells."""
+    def told(self) -> list[Extreme]:
+        """The extremes of what acts: each force and moment once, and along axes what joints carry.
+
+        What is along a free direction of a joint is what was put there: loads, efforts of drives
+        and of elements, which are told as such. A rotor takes up a part of that.
+        """
+        free = {
+            (joint.name, quantity)
+            for joint in self.mechanism.description.joints_and_loops
+            for quantity, types in _FREE.items()
+            if joint.type in types and not joint.armature
+        }
         found = []
-        for item in self.acting.values():
-            parts = [
-                self.acting[item.owner, part]
-                for part in PARTS.get(item.quantity, ())
-                if (item.owner, part) in self.acting
-            ]
+        for key, item in self.acting.items():
+            parts = [(item.owner, part) for part in PARTS.get(item.quantity, ())]
+            acting = [self.acting[part] for part in parts if part in self.acting]
             # What statics leaves open is told by its parts, of which it may determine some.
-            is_told = any(
+            is_told = not free.isdisjoint([key, *parts]) or any(
                 part.determined > item.determined or abs(part.size - item.size) <= RIGHT * item.size
-                for part in parts
+                for part in acting
             )
             if not is_told:
                 found.append(item)
@@ -384,24 +424,6 @@ class Findings(Result, Frozen):
     def acting(self) -> dict[tuple[str, str], Extreme]:
         """The extremes of what acts, by owner and quantity."""
         return {(item.owner, item.quantity): item for item in self.extremes if item.acts}
-
-    def is_effort(self, item: Extreme) -> bool:
-        """Return whether what is along the axis of a joint is what drives or holds it."""
-        if item.quantity not in ("torsion", "axial"):
-            return False
-        efforts = (self.acting.get((item.owner, name)) for name in EFFORTS)
-        slack = RIGHT * item.size
-        return any(
-            effort is not None
-            and abs(effort.greatest - item.greatest) <= slack
-            and abs(effort.least - item.least) <= slack
-            for effort in efforts
-        )
-
-    @property
-    def told(self) -> list[Extreme]:
-        """The extremes of what acts, each force and moment once, efforts as such."""
-        return [item for item in self.once if not self.is_effort(item)]
 
     @property
     def case_lines(self) -> list[str]:
@@ -415,7 +437,9 @@ class Findings(Result, Frozen):
             if one.kind == every[-1].kind and one.name != STANDING:
                 lines.append(f"{one.name}{' at' * (not np.ptp(one.position))} {one.span}")
                 lines += [speed_text(one.speed, one.slides)] if np.any(one.speed) else []
-        if len(self.drives) > 1:
+        if self.is_over_time:
+            lines = [between(sweep.time, "s"), *lines]
+        elif len(self.drives) > 1:
             # Extremes are sought far beyond them.
             lines.append(f"at {counted(len(sweep))}")
         lines = lines or ["at rest"]
@@ -471,7 +495,11 @@ def between(values: ArrayLike, unit: str = "") -> str:
     return span(float(np.min(values)), float(np.max(values)), unit)
 
 
-EFFORTS = ("drive effort", "holding effort")
+_FREE = {
+    "torsion": ("revolute", "continuous", "cylindrical"),
+    "axial": ("prismatic", "cylindrical"),
+}
+"""Quantities to the types of joints that carry none of them."""
 _PROVES = {
     "loop_residual": "loops, couplings, drives and held joints are closed",
     "balance_residual": "every body is in balance",

@@ -26,7 +26,7 @@ from . import page
 from .cases import Cases
 from .courses import courses
 from .described import described, elements_of, mobility_grids, remarks_of
-from .extremes import RIGHT, Extreme, counted
+from .extremes import RIGHT, Extreme, counted, places_of, quantities_of
 from .findings import Findings, between, sentence, speed_text, task_rows, ways
 from .grids import Grid, place, stem_of
 from .grids import way as way_of
@@ -73,12 +73,10 @@ def write(cases: Cases, path: Path, with_scene: bool) -> Path:
         summary=_summary(cases),
         told_apart=cases.told_apart if cases.labels else [],
         headline=_headline(cases),
-        drawing=_drawing(first),
-        # As many axes as the first sheet has room for.
-        figure=page.image(courses(cases, [told[0], *told[1:][-1:]])) if is_drawn else "",
+        drawing=_drawing(cases),
+        figure=page.image(courses(cases, told)) if is_drawn else "",
         warnings=_warnings(cases),
         beside=_beside(cases),
-        beside_figure=page.image(courses(cases, told)) if is_drawn and len(told) > 2 else "",
         cases=[
             _case_parts(report, label, index in drawn, with_scene and index == drawn[0])
             for index, (report, label) in enumerate(
@@ -139,16 +137,18 @@ def _headline(cases: Cases) -> Grid | None:
 
 
 def _beside(cases: Cases) -> list[Grid]:
-    """Return what acts in several cases beside each other, as many as a sheet has room for."""
+    """Return what joints carry in all cases beside each other, as many as a sheet has room for."""
+    labels = cases.labels or ("greatest in size",)
     return [
         Grid(
             f"load_cases_{first // page.BESIDE + 1}",
-            "Greatest in size, by load case",
-            ("of", "quantity", "unit", *cases.labels[first : first + page.BESIDE]),
+            f"Greatest in size{', by load case' * bool(cases.labels)}",
+            ("of", "quantity", "unit", *labels[first : first + page.BESIDE]),
             [(*of, *sizes[first : first + page.BESIDE]) for *of, sizes in cases.compared],
             unit=2,
         )
-        for first in range(0, len(cases.labels), page.BESIDE)
+        for first in range(0, len(labels), page.BESIDE)
+        if cases.compared
     ]
 
 
@@ -278,12 +278,12 @@ def _extremes(report: Findings) -> dict[str, Any]:
     for item in report.extremes:
         if not item.acts and item.determined:
             zero.setdefault(item.owner, []).append(item.quantity)
-    at = "place" if len(report.drives) > 1 else "at"
+    at = "place" if report.has_places else "at"
     header = ("quantity", "unit", "greatest in size", at, "other end", f"{at} ")
     text = ""
     if report.drives:
         text = f"They are the extremes of {report.covered}"
-        text += "." if report.doubts else ", and exact to the digits shown."
+        text += ", and exact to the digits shown." if report.is_exact else "."
         if not all(item.settled for item in acting):
             text += " A ? marks what may be exceeded."
     captions = {
@@ -301,6 +301,7 @@ def _extremes(report: Findings) -> dict[str, Any]:
         "extremes": [*grids, *_places(report)],
         "located": text,
         "opened": sentence(report.left_open),
+        "is_marked": not all(item.determined for item in acting),
         "idle": "; ".join(f"{name} ({', '.join(what)})" for name, what in zero.items()),
     }
 
@@ -316,7 +317,7 @@ def _extreme(report: Findings, item: Extreme) -> tuple[Any, ...]:
 def _places(report: Findings) -> Iterator[Grid]:
     """Yield the positions of several drives at the places that the extremes name."""
     sweep = report.sweep
-    if sweep is None or len(report.drives) < 2:
+    if sweep is None or not report.has_places:
         return
     named = [f"{one.name} [{one.unit}]" for one in ways(sweep) if one.kind == "drive"]
     # What is rounding beside the way of a drive is nothing.
@@ -332,12 +333,20 @@ def _places(report: Findings) -> Iterator[Grid]:
     yield Grid("positions", caption, header, rows)
 
 
-def _drawing(report: Findings) -> tuple[str, str] | None:
+def _drawing(cases: Cases) -> tuple[str, str] | None:
     """Return a picture of the mechanism and its caption; None if nothing of it can be drawn."""
-    if report.sweep is None:
+    case, item = next(iter(cases.governing), (0, None))
+    report, sample, said = cases.reports[case], 0, "where it starts"
+    sweep = report.sweep
+    if sweep is None:
         return None
+    if item is not None:
+        (of,) = (one for one in quantities_of(sweep) if one[:2] == item[:2])
+        sample = int(np.nanargmax(np.abs(of.values(sweep))))
+        said = report.at(places_of(sweep)[sample : sample + 1]) or f"at sample {sample + 1}"
+        said += f", about where {item.quantity} of {item.owner} is greatest"
     try:
-        return page.image(picture(report.sweep)), "Where it starts, with its drives and loads."
+        return page.image(picture(sweep, sample)), f"{sentence(said)[:-1]}, with drives and loads."
     except ArgumentError:  # The outputs leave nothing to draw.
         return None
 

@@ -15,6 +15,7 @@ from ...core.results.sweep import Sweep
 from ...core.results.table import Table
 from ...kit.checks import file_path, flag
 from ...kit.errors import ArgumentError
+from ...motion.simulation.trajectory import Trajectory
 from .case import Case, case_of
 from .cases import Cases, labels_of
 from .extremes import Extreme
@@ -64,9 +65,9 @@ class Report(_Filed, Findings):
     scene as well. As a table (`to_dataframe`) it has a row per extreme.
 
     Args:
-        case: the sweep, over one dimension; or a mechanism, which is moved as is usual: driven as
-            `describe(mechanism).drives` says over the whole range, bundled ones as their presets
-            say. One that cannot move is reported at rest.
+        case: the sweep, over one dimension; a trajectory; or a mechanism, which is moved as is
+            usual: driven as `describe(mechanism).drives` says over the whole range, bundled ones as
+            their presets say. One that cannot move is reported at rest.
         title: of the page; the mechanism's name if empty.
         project, author, revision: for the head of the page.
         date: likewise; that of SOURCE_DATE_EPOCH, or of today, if empty.
@@ -84,7 +85,7 @@ class Report(_Filed, Findings):
 
     def __init__(
         self,
-        case: Sweep | Mechanism | Case,
+        case: Sweep | Trajectory | Mechanism | Case,
         *,
         title: str = "",
         project: str = "",
@@ -92,6 +93,8 @@ class Report(_Filed, Findings):
         date: str = "",
         revision: str = "",
     ) -> None:
+        if isinstance(case, Trajectory):
+            case = case.sweep
         if isinstance(case, Mechanism):
             case = case_of(case)
         elif isinstance(case, Sweep):
@@ -139,7 +142,7 @@ class Reports(_Filed, Cases):
     As a table (`to_dataframe`) they have the rows of all reports, with the column `case`.
 
     Args:
-        cases: sweeps of one mechanism, each over one dimension, or reports on it.
+        cases: sweeps of one mechanism, each over one dimension, trajectories, or reports on it.
         labels: how the load cases are called; by what tells them apart if there are none.
         title, project, author, date, revision: as of `Report`, for sweeps.
 
@@ -155,11 +158,11 @@ class Reports(_Filed, Cases):
 
     def __init__(
         self,
-        cases: Iterable[Sweep | Report],
+        cases: Iterable[Sweep | Trajectory | Report],
         labels: Iterable[str] = (),
         **head: str,
     ) -> None:
-        if isinstance(cases, Sweep | Report | Mechanism):
+        if isinstance(cases, Sweep | Trajectory | Report | Mechanism):
             raise ArgumentError("several load cases are a list of sweeps; one is that of a Report")
         reports = [case if isinstance(case, Report) else Report(case, **head) for case in cases]
         if not reports:

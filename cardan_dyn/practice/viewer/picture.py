@@ -1,4 +1,4 @@
-"""Picture: a scene at its first sample on paper, in parallel projection."""
+"""Picture: a scene at one of its samples on paper, in parallel projection."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ _LINE, _WORD = 0.04, 0.16
 """Height and width that a name takes of a drawing's extent."""
 
 
-def picture(sweep: Sweep) -> Figure:
-    """Draw the bodies, drives, loads and elements of a sweep at its first sample.
+def picture(sweep: Sweep, sample: int = 0) -> Figure:
+    """Draw the bodies, drives, loads and elements of a sweep at one of its samples.
 
     Raises:
         MissingExtraError: Matplotlib is not installed.
@@ -34,7 +34,7 @@ def picture(sweep: Sweep) -> Figure:
     refuse_grid(sweep)
     named = len(sweep.outputs) <= _MOST_NAMES
     parts = Parts(True, False, False, False, False, named, True, True)
-    scenery = build(sweep, sweep.outputs, parts, np.zeros(1, dtype=int))
+    scenery = build(sweep, sweep.outputs, parts, np.array([sample]))
     right, up, eye = _axes_of_view(scenery.spread)
     drawing = scenery.drawing
     triangles, colors, layers = [], [], []

@@ -88,9 +88,12 @@ def test_what_is_unique_is_told_as_such() -> None:
 
 def test_what_is_known_of_an_open_force_is_told_beside_it() -> None:
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -10.0})
-    turn = scene.sweep(POSITIONS)
+    turn = scene.replace(gravity=(0.0, 0.0, -9.81)).sweep(POSITIONS)
     _, row, *_ = table_rows(turn._repr_html_())
     assert row[1].endswith(f"(shear up to {turn[row[0]].shear.max():.4g} N unique)")
+    # Where all loads lie in the plane, what is open of it is nothing.
+    _, row, *_ = table_rows(scene.sweep(POSITIONS)._repr_html_())
+    assert row[1] == f"{turn[row[0]].shear.max():.4g}" and row[-1].startswith("not force z")
 
 
 def test_texts_of_a_description_are_escaped() -> None:
