@@ -129,7 +129,10 @@ class EnergyIntegral:
             anchors = [ends[0], *inner, ends[1]]
             self.reach = 0.5 * (ends[1].way - ends[0].way)
         passed = self._judge(minima, anchors)
-        self._elapsed = _Elapsed(self._both_beside, anchors, self._error)
+        harmonics = max(self._inertia.coefficients.shape[1], self._force.coefficients.shape[1])
+        # Chebyshev's series resolve a wave with pi nodes or more (Trefethen 2013, section 4).
+        width = self._turn * _NODES / (np.pi * harmonics)
+        self._elapsed = _Elapsed(self._both_beside, anchors, self._error, width)
         self.period = self._elapsed.total * (2.0 if self.swings else 1.0)
         self.fastest = self._elapsed.fastest
         self._lost, stays = np.array(passed).reshape(-1, 2).T
@@ -355,6 +358,7 @@ class _Elapsed:
         beside: Callable[[Array, Array], tuple[Array, Array]],
         anchors: list[_Anchor],
         error: float,
+        width: float,
     ) -> None:
         """Sum time up.
 
@@ -362,6 +366,7 @@ class _Elapsed:
             beside: see `EnergyIntegral._both_beside`.
             anchors: in ascending order, the last one where time ends.
             error: of the functions, relative.
+            width: about that of the first panels [rad].
 
         Raises:
             NotSuitableError: the panels become too many.
@@ -375,7 +380,7 @@ class _Elapsed:
         ways, is_end = self._anchors[0], self._anchors[3] > 0.0
         far = np.repeat(half, 2)
         self._reach = np.where(is_end, np.sqrt(far), far)
-        pieces, low, high, series = self._resolved(error)
+        pieces, low, high, series = self._resolved(error, np.ceil(far / width).astype(int))
         order = np.lexsort((self._sense[pieces] * low, pieces))
         self._pieces, self._low, self._high = pieces[order], low[order], high[order]
         self._series = series[order]
@@ -396,16 +401,21 @@ class _Elapsed:
         distance = abs(ways[piece])
         self.begun = self._at(piece, float(np.sqrt(distance) if is_end[piece] else distance))
 
-    def _resolved(self, error: float) -> tuple[Array, Array, Array, Array]:
+    def _resolved(self, error: float, splits: Array) -> tuple[Array, Array, Array, Array]:
         """Return the pieces of panels, their ends in q, and the series `(M, n)` of their pace.
 
         Args:
             error: of the functions, relative.
+            splits: how many panels each piece is begun with.
         """
         nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
         to_series = np.cos(np.outer(np.arccos(nodes), np.arange(_NODES))) * (2.0 / _NODES)
         to_series[:, 0] *= 0.5
-        pieces, low, high = np.arange(len(self._reach)), np.zeros_like(self._reach), self._reach
+        pieces = np.repeat(np.arange(len(splits)), splits)
+        places = np.concatenate([np.arange(count) for count in splits.tolist()])
+        # As fractions of the reach, so that neighbours end at the same place.
+        low = self._reach[pieces] * (places / splits[pieces])
+        high = self._reach[pieces] * ((places + 1) / splits[pieces])
         done: list[tuple[Array, Array, Array, Array]] = []
         spent, count, self.fastest = 0.0, 0, 0.0
         while pieces.size:
