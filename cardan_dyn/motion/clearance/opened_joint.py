@@ -60,6 +60,16 @@ class PinAxis(NamedTuple):
     part: Part
 
 
+def normal_of(pins: Sequence[PinAxis], axes: Sequence[Array]) -> Array:
+    """Return the cross product of the axes of both pins of a cross; refuse parallel ones."""
+    first, second = axes
+    normal = cross(first, second)
+    if np.sqrt(normal @ normal) < _PARALLEL:
+        names = " and ".join(repr(pin.name) for pin in pins)
+        raise ModelError(f"{names} are parallel, and make no cross")
+    return normal
+
+
 class Bearing(NamedTuple):
     """An open bearing.
 
@@ -228,12 +238,8 @@ class OpenedJoint:
 
     def _axes(self, opened: OpenedMechanism) -> tuple[list[Array], Array]:
         """Return the axes of both pins of a cross in the world, and their cross product."""
-        first, second = axes = [opened.axis(pin.part) for pin in self.pins]
-        normal = cross(first, second)
-        if np.sqrt(normal @ normal) < _PARALLEL:
-            names = " and ".join(repr(pin.name) for pin in self.pins)
-            raise ModelError(f"{names} are parallel, and make no cross")
-        return axes, normal
+        axes = [opened.axis(pin.part) for pin in self.pins]
+        return axes, normal_of(self.pins, axes)
 
     def _end(self, pin: int, sign: float) -> Array:
         """Return how a bearing moves `(2, k)` with the two slides, and two tilts of a cross."""
