@@ -18,7 +18,6 @@ from ...kit.roots import zero
 from .arguments import (
     clearance_of,
     damping_ratio_of,
-    is_cross,
     joint_names,
     of_joint,
     period_of,
@@ -181,7 +180,7 @@ class RigidStart:
         mechanism, found, crosses = scene.mechanism, [], {}
         for name in joint_names(joints):
             owner, _, _ = name.rpartition(".")
-            if is_cross(mechanism, name) and name not in mechanism.joints:
+            if name in mechanism.links and name not in mechanism.joints:
                 crosses[name] = universal_pins(mechanism, name)
                 found += [pin.name for pin in crosses[name]]
             else:
