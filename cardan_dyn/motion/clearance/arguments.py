@@ -160,13 +160,6 @@ def pins_of(problem: Problem, asked: Collection[str] | None) -> tuple[list[str],
     return pins, left_out
 
 
-def is_cross(mechanism: Mechanism, name: str) -> bool:
-    """Return whether a name is that of a universal joint, or of a link that might be a cross."""
-    if name in mechanism.joints:
-        return mechanism.joints[name].type == "universal"
-    return name in mechanism.links
-
-
 def universal_pins(mechanism: Mechanism, name: str) -> tuple[PinAxis, PinAxis]:
     """Return both pins of a universal joint.
 
@@ -219,7 +212,11 @@ def opened_joints(
     crosses = {
         name: universal_pins(mechanism, name)
         for name in wanted or ()
-        if is_cross(mechanism, name) or (name not in mechanism.joints and radius is not None)
+        if (
+            mechanism.joints[name].type == "universal"
+            if name in mechanism.joints
+            else name in mechanism.links or radius is not None
+        )
     }
     pins = {pin.name: pin for two in crosses.values() for pin in two}
     for pin in pins.values():

@@ -27,7 +27,7 @@ from ...kit.arrays import NOTHING, Array, cross
 from ...kit.checks import number
 from ...kit.errors import ModelError
 from ...kit.periodic import Fourier
-from .opened_mechanism import OpenedMechanism, Ways, across
+from .opened_mechanism import OpenedMechanism, across
 from .pin_geometry import PinGeometry, StiffnessLaw, in_series
 
 if TYPE_CHECKING:
@@ -58,6 +58,16 @@ class PinAxis(NamedTuple):
     name: str
     joint: str
     part: Part
+
+
+def normal_of(pins: Sequence[PinAxis], axes: Sequence[Array]) -> Array:
+    """Return the cross product of the axes of both pins of a cross; refuse parallel ones."""
+    first, second = axes
+    normal = cross(first, second)
+    if np.sqrt(normal @ normal) < _PARALLEL:
+        names = " and ".join(repr(pin.name) for pin in pins)
+        raise ModelError(f"{names} are parallel, and make no cross")
+    return normal
 
 
 class Bearing(NamedTuple):
@@ -228,12 +238,8 @@ class OpenedJoint:
 
     def _axes(self, opened: OpenedMechanism) -> tuple[list[Array], Array]:
         """Return the axes of both pins of a cross in the world, and their cross product."""
-        first, second = axes = [opened.axis(pin.part) for pin in self.pins]
-        normal = cross(first, second)
-        if np.sqrt(normal @ normal) < _PARALLEL:
-            names = " and ".join(repr(pin.name) for pin in self.pins)
-            raise ModelError(f"{names} are parallel, and make no cross")
-        return axes, normal
+        axes = [opened.axis(pin.part) for pin in self.pins]
+        return axes, normal_of(self.pins, axes)
 
     def _end(self, pin: int, sign: float) -> Array:
         """Return how a bearing moves `(2, k)` with the two slides, and two tilts of a cross."""
@@ -282,17 +288,18 @@ class OpenedJoint:
                 f"with clearance in {self._names} alone nothing can move, since all other bearings "
                 "are tight; open both bearings of a pin, or some on each of both pins"
             )
-        if np.min(np.linalg.eigvalsh(ways.inertia), initial=np.inf) > ways.rounding:
+        inertia, rounding = self._opened.inertia(x, ways)
+        if np.min(np.linalg.eigvalsh(inertia), initial=np.inf) > rounding:
             # Beside a great inertia, small ones stay exact here.
-            matrix = along @ np.linalg.solve(ways.inertia, along.T)
+            matrix = along @ np.linalg.solve(inertia, along.T)
             return Mobility(movable.T, matrix, movable, frames)
         if not self.is_cross:
             raise ModelError(
                 f"joint {self.name!r}: where it is open, something without mass is free to move; "
                 "give all links between it and the drive a mass"
             )
-        inertias, principal = np.linalg.eigh(ways.inertia)
-        is_light, along = inertias <= ways.rounding, along @ principal
+        inertias, principal = np.linalg.eigh(inertia)
+        is_light, along = inertias <= rounding, along @ principal
         kept, sizes, _ = np.linalg.svd(along[:, is_light])
         count = int(np.count_nonzero(sizes > NOTHING * np.linalg.norm(along)))
         axes, heavy = kept[:, count:].T @ movable.T, kept[:, count:].T @ along[:, ~is_light]
@@ -303,16 +310,26 @@ class OpenedJoint:
             )
         return Mobility(axes, (heavy / inertias[~is_light]) @ heavy.T, movable, frames)
 
-    def _placed(self, x: Array) -> tuple[Ways, Array, Array, Array]:
-        """Return how it can move, axes of bearings, and what they can do together.
+    @cached_property
+    def _turning(self) -> tuple[list[int], Array, Array]:
+        """Of each bearing the turn of its pin among the open ones, freedoms, and what these do.
+
+        That is `(B, k)`, and `(B, 2, k)` as `_end` has it.
+        """
+        of, added = list(self._basis), self._opened.added
+        rates = [added[self.pins[item.pin].part.id] for item in self.bearings]
+        ends = [self._end(item.pin, item.sign) for item in self.bearings]
+        return [of.index(item.pin) for item in self.bearings], np.array(rates), np.array(ends)
+
+    def _placed(self, x: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the ways it can move, axes of bearings, and what they can do together.
 
         That is `(B d, m)`, and how much of it per way `(m, f)`.
         """
         ways, frames = self._opened.ways(x), self._frames()
-        parts = []
-        for (*_, pin, sign), frame in zip(self.bearings, frames, strict=True):
-            motion = self._end(pin, sign) @ ways.rates[self._opened.added[self.pins[pin].part.id]]
-            parts.append(frame @ self._slides(pin).T @ motion)
+        of, rates, ends = self._turning
+        slides = np.array([self._slides(pin).T for pin in self._basis])
+        parts = frames @ slides[of] @ (ends @ ways[rates])
         left, sizes, right = np.linalg.svd(np.concatenate(parts), full_matrices=False)
         rank = int(np.count_nonzero(sizes > NOTHING * self._length))
         return ways, frames, left[:, :rank], sizes[:rank, None] * right[:rank]
@@ -331,7 +348,8 @@ class OpenedJoint:
             return np.eye(3)[None]
         axes, normal = self._axes(self._opened)
         normal = normal / np.sqrt(normal @ normal)
-        return np.array([(cross(normal, axes[item.pin]), normal) for item in self.bearings])
+        frames = np.array([(cross(normal, axis), normal) for axis in axes])
+        return frames[[item.pin for item in self.bearings]]
 
     def _slides(self, pin: int) -> Array:
         """Return both slides of a pin `(2, 3)` in the world, where `ways` was asked last."""
@@ -473,11 +491,11 @@ class OpenedJoint:
         mass, ways = np.empty((count, 2, 2)), np.empty((count, opened.size, 2))
         for k, x in enumerate(states):
             found = opened.ways(x)
-            apart = found.rates[opened.added[body]]
+            apart = found[opened.added[body]]
             if apart.shape[1] != 2 or np.linalg.matrix_rank(apart, tol=NOTHING * self._length) < 2:
                 raise ModelError(f"joint {self.name!r} does not move in both ways across its axis")
             turned = np.linalg.inv(apart)
-            ways[k], mass[k] = found.rates @ turned, turned.T @ found.inertia @ turned
+            ways[k], mass[k] = found @ turned, turned.T @ opened.inertia(x, found)[0] @ turned
             slides[k] = self._slides(0)
         changes = Fourier.of(ways.reshape(count, -1).T, period).derivative()
         moved = changes(period / count * np.arange(count)).T.reshape(ways.shape)

@@ -7,7 +7,6 @@ are left carry the inertia of what they move.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio
@@ -33,20 +32,6 @@ def across(axis: Array) -> tuple[Array, Array]:
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)
     return first, np.cross(axis, first)
-
-
-class Ways(NamedTuple):
-    """How an opened mechanism can move at one position.
-
-    Attributes:
-        rates: `(nv, f)` velocities of the opened mechanism's coordinates per unit of each way.
-        inertia: `(f, f)` of the ways.
-        rounding: of the inertias of ways: those up to it may be none at all.
-    """
-
-    rates: Array
-    inertia: Array
-    rounding: float
 
 
 class OpenedMechanism:
@@ -133,27 +118,37 @@ class OpenedMechanism:
             self._kept = np.concatenate([self._kept, kept * self._scale / self._length])
         self._model, self._data = model, model.createData()
 
-    def ways(self, x: Array) -> Ways:
-        """Return how it can move; `rotation` and `axis` are of the same position afterwards.
+    def ways(self, x: Array) -> Array:
+        """Return the ways in which it can move, as velocities `(nv, f)` of its coordinates.
+
+        `rotation`, `axis` and `centre` are of the same position afterwards.
 
         Args:
             x: `(size,)` closed coordinates of the mechanism.
         """
         x = self._with_freedoms(x)
         pinocchio.forwardKinematics(self._model, self._data, x)
-        free, inertia = self._closure.free, self._closure.metric(x)
-        scale = self._scale[free]
+        free = self._closure.free
         rows = self._closure.jacobian(x) * self._scale
         rows[: self._closure.loop_rows].reshape(-1, 6, self.size)[:, :3] /= self._length
         rows = np.concatenate([rows, self._kept])
         _, values, right = np.linalg.svd(rows[:, free])
         rank = int(np.count_nonzero(values > NOTHING * np.max(values, initial=0.0)))
-        along = scale[:, None] * right[rank:].T
         ways = np.zeros((self.size, len(free) - rank))
-        ways[free] = along
+        ways[free] = self._scale[free, None] * right[rank:].T
+        return ways
+
+    def inertia(self, x: Array, ways: Array) -> tuple[Array, float]:
+        """Return the inertia `(f, f)` of ways, and what of it may be rounding of none at all.
+
+        Args:
+            x: `(size,)` closed coordinates of the mechanism.
+            ways: `(nv, f)` at the same position.
+        """
+        free, inertia = self._closure.free, self._closure.metric(self._with_freedoms(x))
         # What is left of the inertias of all coordinates where a way has none.
-        greatest = np.max(np.diag(inertia) * scale**2, initial=0.0)
-        return Ways(ways, along.T @ inertia @ along, _WEIGHTLESS * float(greatest))
+        greatest = np.max(np.diag(inertia) * self._scale[free] ** 2, initial=0.0)
+        return ways[free].T @ inertia @ ways[free], _WEIGHTLESS * float(greatest)
 
     def _with_freedoms(self, x: Array) -> Array:
         """Return coordinates of the opened mechanism, those that were added being zero."""

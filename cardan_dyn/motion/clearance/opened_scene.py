@@ -145,7 +145,7 @@ def _free_coordinates(scene: Scene, mechanism: Mechanism, joints: Sequence[str])
         coordinates.rates_of([scene.drives[0], *scene.held]),
         {},
     )
-    rates = opened.ways(scene.configuration().x).rates
+    rates = opened.ways(scene.configuration().x)
     names: list[str] = []
     rows: list[Array] = []
     for joint, (body, parts) in zip(joints, freedoms.items(), strict=True):

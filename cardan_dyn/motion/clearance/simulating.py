@@ -18,7 +18,6 @@ from ...kit.roots import zero
 from .arguments import (
     clearance_of,
     damping_ratio_of,
-    is_cross,
     joint_names,
     of_joint,
     period_of,
@@ -29,7 +28,7 @@ from .arguments import (
     universal_pins,
 )
 from .contact_simulation import ContactSimulation
-from .opened_joint import OpenedJoint, across_pin, mean_positions, what_is_open
+from .opened_joint import OpenedJoint, across_pin, mean_positions, normal_of, what_is_open
 from .opened_scene import Opened, OpenPin, opened
 
 if TYPE_CHECKING:
@@ -90,7 +89,8 @@ def simulate(
 
     Raises:
         ArgumentError: a value is out of range, or the scene has several drives.
-        ModelError: a joint has no pin, or the others hold it whatever its clearance.
+        ModelError: a joint has no pin, or the others hold it whatever its clearance; a link is no
+            cross.
         CardanError: as `Scene.simulate`.
     """
     begun = RigidStart(scene, speed, joints, position, radius, rotor)
@@ -177,15 +177,26 @@ class RigidStart:
         self._period = period_of(scene.solver)
         if joints is None:
             raise ArgumentError("joints is None; name those that have clearance")
-        mechanism, found = scene.mechanism, []
+        mechanism, found, crosses = scene.mechanism, [], {}
         for name in joint_names(joints):
             owner, _, _ = name.rpartition(".")
-            if is_cross(mechanism, name) and name not in mechanism.joints:
-                found += [pin.name for pin in universal_pins(mechanism, name)]
+            if name in mechanism.links and name not in mechanism.joints:
+                crosses[name] = universal_pins(mechanism, name)
+                found += [pin.name for pin in crosses[name]]
             else:
                 found.append(owner if owner in mechanism.joints else name)
         self.joints, _ = pins_of(scene.problem, found)
+        joint_names(self.joints)
         self.reach = self._reach(radius)
+        for name, pins in crosses.items():
+            start = scene.sweep([0.0])
+            normal_of(pins, [start.rotation(pin.joint)[0] @ pin.part.axis for pin in pins])
+            for pin in pins:
+                if pin.name not in self.reach:
+                    raise ArgumentError(
+                        f"radius has none of {pin.name!r}; give the distance of its bearings from "
+                        f"the centre of the cross {name!r}"
+                    )
         self.position = self._steady() if position is None else number("position", position)
 
     def _reach(self, radius: Any) -> dict[str, float]:

@@ -313,8 +313,7 @@ class ClosedDirections:
 
     def _inertia(self, x: Array) -> Array:
         """Return the inertia matrix `(nv, nv)`."""
-        inertia = np.triu(pinocchio.crba(self.model, self._data, x))
-        return np.asarray(inertia + np.triu(inertia, 1).T)
+        return np.array(pinocchio.crba(self.model, self._data, x))
 
     def metric(self, x: Array) -> Array:
         """Return the inertia matrix `(f, f)` along free coordinates, with what joints are lent."""

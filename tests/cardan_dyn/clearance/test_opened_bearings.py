@@ -94,6 +94,18 @@ def test_mobility_by_hand(phi: float) -> None:
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-10 * scale)
 
 
+def test_the_end_near_the_mass_of_the_cross_is_the_heavy_one() -> None:
+    """Pushed along the normal, a cross is a free body: 1/m + (r ∓ c)²/J about the other pin."""
+    centre = 0.01
+    mass = f'<mass value="{MASS!r}"'
+    urdf = rig(MASS, INERTIA)
+    assert mass in urdf
+    moved = urdf.replace(mass, f'<origin xyz="0 {centre!r} 0"/>{mass}')
+    found = np.diag(matrix(opened(scene(moved, BETA), "cross", (*BOTH_1, *BOTH_2), 0.7)))[1:4:2]
+    levers = RADIUS - np.array([centre, -centre])
+    np.testing.assert_allclose(found, 1.0 / MASS + levers**2 / INERTIA[1], rtol=1e-9)
+
+
 @pytest.mark.parametrize("name", ["thoma_rig", "universal_joint"])
 def test_freedoms_of_open_bearings(name: str) -> None:
     """One open bearing leaves none, both of a pin two, one on each pin one, all four five."""

@@ -36,6 +36,25 @@ def test_a_force_that_rotates_makes_the_pin_ride_round(speed: float) -> None:
     assert found.end - found.time[0] == pytest.approx(3.0 * PERIOD / abs(speed), rel=1e-6)
 
 
+@pytest.mark.parametrize("speed", [50.0, -50.0])
+def test_a_pin_is_pushed_by_the_force_at_the_drives_position(speed: float) -> None:
+    """At Ω t; backwards as well, where masses and forces come in the opposite order."""
+    mass, c, gap = 2.0 + np.sin(PHI), 1e8, 1e-4
+    force = 1e3 * np.stack([2.0 + np.cos(PHI), np.sin(PHI + 0.4)], axis=1)
+    eye = np.eye(2)[None]
+    plane = Plane(eye / mass[:, None, None], np.zeros((240, 2, 2)), force, PERIOD)
+    model = PlanarModel(plane, gap, cd.LinearContact(c), speed)
+    for part in (0.0, 0.125, 0.75):
+        time = part * PERIOD / abs(speed)
+        at = speed * time
+        x, y = 2.0 + np.cos(at), np.sin(at + 0.4)
+        pushed = 1e3 * complex(x, y)
+        expected = -pushed / abs(pushed) * (0.5 * gap + abs(pushed) / c)
+        assert model.seat(time) == pytest.approx(expected, rel=1e-12)
+        slope = model._acceleration(time, 0j, 0j, is_pressed=False)
+        assert slope == pytest.approx(-pushed / (2.0 + np.sin(at)), rel=1e-6)
+
+
 @pytest.mark.parametrize("ratio", [0.1, 0.3])
 def test_along_a_line_it_is_the_two_mass_model(ratio: float) -> None:
     """Where a force goes to and fro in one direction, with a ramp that hardly bends."""

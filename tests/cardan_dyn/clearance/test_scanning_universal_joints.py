@@ -72,6 +72,9 @@ def test_one_pin_by_closed_forms(name: str, start: Any) -> None:
         assert item.impact_speed == pytest.approx(float(expected.v_1), rel=1e-9)
         assert item.tau == pytest.approx(float(expected.tau), rel=1e-9)
         assert item.two_mass_peak == pytest.approx(float(expected.peak), rel=1e-9)
+        struck = passed_on(np.array(item.position + SPEED * float(expected.t_1)))
+        change = (passed_on(np.array(item.position)) / struck) ** 2 - 1.0
+        assert item.mass_change == pytest.approx(change, rel=1e-6) != 0.0
         # Both bearings strike: r ψ' of the inertia J.
         turning = item.impact_speed / RADIUS
         inertia = THETA / passed_on(np.array(item.position)) ** 2

@@ -337,6 +337,29 @@ def test_a_cross_stands_for_both_of_its_pins() -> None:
         assert found[name].peak > 100.0
 
 
+@pytest.mark.parametrize(
+    ("joints", "radius", "error", "match"),
+    [
+        ("cross", None, cd.ArgumentError, "radius has none of 'pin_in'; give the distance"),
+        ("cross", {"pin_in": 0.05}, cd.ArgumentError, "radius has none of 'pin_out'"),
+        (["cross", "pin_in"], 0.05, cd.ArgumentError, "joints names a joint twice"),
+    ],
+)
+def test_a_cross_that_cannot_open_says_why(
+    joints: Any, radius: Any, error: type[cd.CardanError], match: str
+) -> None:
+    turning = pin_rigs.scene(pin_rigs.rig(0.5, (2e-4, 3e-4, 4e-4)), 0.3)
+    with pytest.raises(error, match=match):
+        clearance.simulate(
+            turning, 150.0, joints=joints, radius=radius, clearance=1e-5, stiffness=1e8
+        )
+
+
+def test_a_link_between_parallel_pins_is_no_cross() -> None:
+    with pytest.raises(cd.ModelError, match="'crank_pin' and 'piston_pin' are parallel"):
+        clearance.simulate(scene(), 100.0, joints="rod", radius=0.01, clearance=1e-4, stiffness=1e8)
+
+
 @pytest.mark.parametrize("joints", ["coupling", "coupling.turn_1"])
 def test_a_universal_joint_without_a_cross_says_what_to_do(joints: str) -> None:
     turning = pin_rigs.scene(pin_rigs.compound(), 0.3)
