@@ -249,7 +249,8 @@ def test_phases_of_three_joints_are_angles_of_a_hyperbolic_triangle() -> None:
  <origin xyz="{place.real} {place.imag} 0" rpy="0 0 {slope}"/></joint>"""
         place, slope = place + np.exp(1j * slope), slope + np.radians(bend)
     for k in (1, 2, 3):
-        joints += f"""<loop name="joint_{k}" type="universal"><axis xyz="0 1 0"/><axis2 xyz="0 0 1"/>
+        joints += f"""<loop name="joint_{k}" type="universal">
+ <axis xyz="0 1 0"/><axis2 xyz="0 0 1"/>
  <predecessor link="shaft_{k - 1}"><origin xyz="1 0 0"/></predecessor>
  <successor link="shaft_{k}"/></loop>"""
     line = cd.load(f'<robot name="line"><link name="base"/>{shafts}{joints}</robot>')
