@@ -808,6 +808,63 @@ def test_friction_is_linear_in_its_effort() -> None:
         sweep.derivative("stiffness:rub")
 
 
+def test_friction_of_pins_by_their_own_bearing_forces() -> None:
+    """Friction m = G(m, p) of what the pins bear changes by (1 - G_m)⁻¹ G_p.
+
+    Coulomb's law needs no element for that: it is solved, and differentiated, around the sweep. The
+    torque at 30°, with friction of 0.1 on a quarter of the cross's radius, and how it changes with
+    the coefficient, the joint angle and the input angle: a closed form, of 40 digits.
+    """
+    lever, friction, pins = 0.25, 0.1, ("pin_in", "pin_out")
+    angle = np.radians(30.0)
+    loads = [f"load:{pin}" for pin in pins]
+    # Against how the cross turns on the input's fork, and the output's fork on the cross.
+    sign = np.array([-1.0, 1.0])
+    scene = universal_joint(angle).replace(outputs=[*pins])
+
+    def at(moments: Array) -> tuple[cd.Sweep, Array]:
+        own = dict(zip(pins, moments, strict=True))
+        sweep = scene.sweep(angle, loads={"bearing_out": -TORQUE, **own})
+        return sweep, np.array([sweep[pin].bending[0] for pin in pins])
+
+    def slopes(sweep: cd.Sweep, by: cd.Derivative) -> Array:
+        """Return how fast what the pins bear across their axes grows."""
+        across = [np.delete(sweep[pin].moment[0], k) for pin, k in zip(pins, (1, 2), strict=True)]
+        changes = [np.delete(by[pin].moment[0], k) for pin, k in zip(pins, (1, 2), strict=True)]
+        pairs = zip(across, changes, strict=True)
+        return np.array([moment @ change / np.linalg.norm(moment) for moment, change in pairs])
+
+    moments = np.zeros(2)
+    for _ in range(6):
+        sweep, borne = at(moments)
+        found = sweep.derivative(*loads, "joint_angle", "bearing_in")
+        own = np.column_stack([slopes(sweep, found[name]) for name in loads])
+        matrix = np.eye(2) - (sign * lever * friction)[:, None] * own
+        moments = moments + np.linalg.solve(matrix, sign * lever * friction * borne - moments)
+    sweep, borne = at(moments)
+    assert moments == pytest.approx([-2.808102875113, 2.808102875113], abs=1e-12)
+    assert sweep.drive_effort[0] == pytest.approx(108.6626170929832, rel=1e-14)
+    by_moments = np.array([found[name].drive_effort[0] for name in loads])
+    pushed = {
+        "friction": (0.0, sign * lever * borne),
+        **{
+            name: (by.drive_effort[0], sign * lever * friction * slopes(sweep, by))
+            for name, by in found.items()
+            if name not in loads
+        },
+    }
+    told = {
+        name: direct + by_moments @ np.linalg.solve(matrix, right)
+        for name, (direct, right) in pushed.items()
+    }
+    expected = {
+        "friction": 21.01417798440156,
+        "joint_angle": 28.7446447813123,
+        "bearing_in": -28.54516791088958,
+    }
+    assert told == pytest.approx(expected, rel=1e-12)
+
+
 def test_more_than_memory_is_refused_before(monkeypatch: pytest.MonkeyPatch) -> None:
     sweep = four_bar().sweep(np.linspace(0.0, 6.0, 20_000))
     monkeypatch.setattr("os.sysconf", lambda _: 1000)

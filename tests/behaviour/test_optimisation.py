@@ -179,6 +179,99 @@ def test_least_squares_meet_a_linkage_again() -> None:
     assert review.limits == {}
 
 
+WEIGHTED = """<robot name="bar"><link name="base"/>
+<link name="crank"><inertial><origin xyz="0.03 0 0"/><mass value="1.5"/>
+ <inertia ixx="0.002" iyy="0.002" izz="0.002"/></inertial></link>
+<link name="coupler"><inertial><origin xyz="0.2 0.01 0"/><mass value="1.6"/>
+ <inertia ixx="0.029" iyy="0.029" izz="0.029"/></inertial></link>
+<link name="rocker"><inertial><origin xyz="0.09 0 0"/><mass value="2.3"/>
+ <inertia ixx="0.006" iyy="0.006" izz="0.006"/></inertial></link>
+<link name="first"><inertial><mass value="2"/><inertia ixx="0" iyy="0" izz="0"/></inertial></link>
+<link name="second"><inertial><mass value="3"/><inertia ixx="0" iyy="0" izz="0"/></inertial></link>
+<joint name="A" type="continuous"><parent link="base"/><child link="crank"/><axis xyz="0 0 1"/>
+</joint>
+<joint name="B" type="continuous"><parent link="crank"/><child link="coupler"/>
+ <origin xyz="0.08 0 0"/><axis xyz="0 0 1"/></joint>
+<joint name="E" type="continuous"><parent link="base"/><child link="rocker"/>
+ <origin xyz="0.47 0 0"/><axis xyz="0 0 1"/></joint>
+<joint name="first" type="fixed"><parent link="crank"/><child link="first"/></joint>
+<joint name="second" type="fixed"><parent link="rocker"/><child link="second"/></joint>
+<loop name="C" type="continuous"><axis xyz="0 0 1"/>
+ <predecessor link="coupler"><origin xyz="0.4 0 0"/></predecessor>
+ <successor link="rocker"><origin xyz="0.25 0 0"/></successor></loop></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("names", "places", "left"),
+    [
+        (("first", "second"), (-0.109 + 0.0032j, -0.407 - 0.01j), 0.0),
+        (("first",), (-0.174105930339937 + 0.00102736483543j,), 29.88166898036828),
+    ],
+)
+def test_counterweights_of_a_four_bar_from_random_starts(
+    names: tuple[str, ...], places: tuple[complex, ...], left: float
+) -> None:
+    """Static moments in the axes of crank and rocker, and the shaking force that is left [N].
+
+    Both weights balance it (Berkof and Lowen, 1969); that of the crank alone is -⟨F e^(-iφ)⟩/ω².
+    """
+    axes = [f"origin:{name}.{axis}" for name in names for axis in "xy"]
+    given: dict[str, Any] = {"drive": "A", "near": {"E": 1.9}}
+    scene = cd.Scene(cd.load(WEIGHTED), held=dict.fromkeys(axes, 0.0), **given)
+    turn = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)
+
+    def shaking(sweep: cd.Sweep, of: Any = None) -> Any:
+        found = of or sweep
+        turned = (sweep.rotation(name)[:, :2, :2] @ found[name].force[:, :2, None] for name in "AE")
+        return np.ravel(sum(turned))
+
+    variables = cd.DesignVariables(
+        lambda values: scene.sweep(turn, speed=20.0, held=values), dict.fromkeys(axes, (-0.3, 0.3))
+    )
+    force, bounds = variables.quantity(shaking, shaking), Bounds(*variables.bounds)
+    masses = {"first": 2.0, "second": 3.0}
+    (start,) = variables.starts(1, seed=len(names))
+    best = least_squares(force, start, jac=force.jac, bounds=bounds, xtol=1e-15)
+    found = variables.values(best.x)
+    for name, place in zip(names, places, strict=True):
+        moment = masses[name] * (found[f"origin:{name}.x"] + 1j * found[f"origin:{name}.y"])
+        assert moment == pytest.approx(place, abs=1e-9)
+    assert np.sqrt(2.0 * np.mean(best.fun**2)) == pytest.approx(left, abs=1e-9)
+    assert variables.review(best).limits == {}
+
+
+def test_phases_of_three_joints_are_angles_of_a_hyperbolic_triangle() -> None:
+    """Joints of 10, 12 and 8° run evenly at phases of 78.9629961402° and 71.9820749640°."""
+    bends, shafts, joints, place, slope = (10.0, 12.0, 8.0, 0.0), "", "", 0.0 + 0.0j, 0.0
+    for k, bend in enumerate(bends):
+        shafts += f"""<link name="shaft_{k}"/><joint name="bearing_{k}" type="continuous">
+ <parent link="base"/><child link="shaft_{k}"/><axis xyz="1 0 0"/>
+ <origin xyz="{place.real} {place.imag} 0" rpy="0 0 {slope}"/></joint>"""
+        place, slope = place + np.exp(1j * slope), slope + np.radians(bend)
+    for k in (1, 2, 3):
+        joints += f"""<loop name="joint_{k}" type="universal">
+ <axis xyz="0 1 0"/><axis2 xyz="0 0 1"/>
+ <predecessor link="shaft_{k - 1}"><origin xyz="1 0 0"/></predecessor>
+ <successor link="shaft_{k}"/></loop>"""
+    line = cd.load(f'<robot name="line"><link name="base"/>{shafts}{joints}</robot>')
+    phases = ["origin:joint_2.predecessor.roll", "origin:joint_3.predecessor.roll"]
+    scene = cd.Scene(line, drive="bearing_0", held=dict.fromkeys(phases, 0.0), outputs=[])
+    turn = np.linspace(0.0, np.pi, 36, endpoint=False)
+    variables = cd.DesignVariables(
+        lambda values: scene.sweep(turn, held=values), dict.fromkeys(phases, ("0 deg", "90 deg"))
+    )
+    uneven = variables.quantity(
+        lambda sweep: sweep.motion.ratio("bearing_3") - 1.0,
+        lambda sweep, by: by.motion.ratio("bearing_3"),
+    )
+    given: dict[str, Any] = {"jac": uneven.jac, "bounds": Bounds(*variables.bounds)}
+    (start,) = variables.starts(1, seed=3)
+    best = least_squares(uneven, start, xtol=1e-15, ftol=1e-15, gtol=1e-15, **given)
+    found = np.degrees([*variables.values(best.x).values()])
+    np.testing.assert_allclose(found, [78.9629961402, 71.9820749640], rtol=0.0, atol=1e-9)
+    assert np.abs(best.fun).max() < 1e-12
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["SLSQP", "trust-constr"])
 def test_designs_that_cannot_be_driven_are_too_long_a_step(method: str) -> None:

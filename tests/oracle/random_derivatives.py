@@ -262,6 +262,7 @@ def _backwards(
             wrong += [] if "laws of motion alone" in str(error) else [f"{name}: {error}"]
         else:
             wrong.append(f"{_kind(name)} {name}: backwards self-stress is not refused")
+    wrong += _motion_backwards(case, sweep, told, rng, allowed)
     for name, slope in slopes.items():
         by, unit = told[name], _unit(case, oracle, name)
         parts = terms(by, own[name])
@@ -278,4 +279,33 @@ def _backwards(
         # Where nothing changes, there is no size of anything to be in balance.
         if by.balance_residual > allowed:
             wrong.append(f"{_kind(name)} {name}: balance is off by {by.balance_residual:.1e}")
+    return wrong
+
+
+def _motion_backwards(
+    case: Case,
+    sweep: cd.Sweep,
+    told: dict[str, cd.Derivative],
+    rng: np.random.Generator,
+    allowed: float,
+) -> list[str]:
+    """Return in what gradients of a weighted sum of the motion differ.
+
+    Each coordinate, rate and acceleration counts by itself: what pins bear would hide it, and there
+    may be no other results that change.
+    """
+    oracle, wrong = Oracle(case.chain), []
+    if not told:
+        return wrong
+    for kind in "position", "velocity", "acceleration":
+        own = [getattr(sweep.motion, kind)(name) for name in oracle.single()]
+        factors = rng.normal(size=np.shape(own))
+        every = {f"{name}.{kind}": row for name, row in zip(oracle.single(), factors, strict=True)}
+        for name, slope in sweep.gradient(every, *told).items():
+            changes = [getattr(told[name].motion, kind)(joint) for joint in oracle.single()]
+            terms = factors * changes
+            error, size = abs(slope - terms.sum()), np.abs(terms).sum()
+            there = np.abs(factors * own).sum() / _unit(case, oracle, name)
+            if not error <= 0.1 * allowed * (size + there):
+                wrong.append(f"{_kind(name)} {name}: backwards {kind} {error / size:.1e}")
     return wrong
