@@ -7,6 +7,7 @@ massless links between.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
@@ -276,12 +277,21 @@ class _Reader:
         model, rate, place = self._model, self._model.idx_vs[index], self._model.idx_qs[index]
         if model.nvs[index] != 1:
             return joint
-        found = {"velocity": model.upperVelocityLimit[rate], "effort": model.upperEffortLimit[rate]}
+        found = {
+            "velocity": model.upperVelocityLimit[rate],
+            "effort": model.upperEffortLimit[rate],
+            "least_effort": model.lowerEffortLimit[rate],
+        }
         if model.nqs[index] == 1:
             found["lower"] = model.lowerPositionLimit[place]
             found["upper"] = model.upperPositionLimit[place]
         # Pinocchio's greatest double means none.
-        limits = Limits(**{key: float(x) for key, x in found.items() if abs(x) < GREATEST})
+        limits = Limits(
+            **{
+                key: float(x) if abs(x) < GREATEST else math.copysign(math.inf, x)
+                for key, x in found.items()
+            }
+        )
         dynamics = Dynamics(float(model.damping[rate]), float(model.friction[rate]))
         return replace(joint, limits=limits, dynamics=dynamics)
 
