@@ -11,7 +11,7 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.checks import names, whole
-from ...kit.errors import MobilityError, ModelError, choices
+from ...kit.errors import ArgumentError, MobilityError, ModelError, choices
 from ..description.description import Limits
 from ..dynamics.problem_solver import ProblemSolver
 from ..kinematics.loops.idle_rods import idle_rods

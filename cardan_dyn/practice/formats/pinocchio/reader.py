@@ -8,7 +8,7 @@ massless links between.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -68,12 +68,13 @@ def from_pinocchio(
     actuated: Iterable[str] | None = None,
     strict: bool = True,
     closure_tolerance: float | None = None,
+    forces: Mapping[str, str] | None = None,
 ) -> Mechanism:
     """Return the mechanism of a model that Pinocchio has loaded, and of its constraints.
 
     Bodies are the links of its frames of type `BODY`; a composite joint and a screw become several
-    joints in a row, the last of which has its name. `model.gravity` plays no part: a scene is
-    given its own.
+    joints in a row, the last of which has its name. A scene takes `model.gravity` where it is
+    given `gravity="description"`.
 
     Args:
         model: a `pin.Model`, or what has one as its `model` (`pin.RobotWrapper`).
@@ -83,16 +84,18 @@ def from_pinocchio(
         actuated: names of the joints that motors drive.
         strict: refuse inertias that no body can have.
         closure_tolerance: as of `load`; the numbers count as exact if None.
+        forces: as of `load`, of joints that follow others: `k_mimic` is the coupling of `k`.
 
     Raises:
-        ArgumentError: there is no model, or the tolerance is negative or no number.
+        ArgumentError: there is no model, the tolerance is negative or no number, or `forces` names
+            no coupling.
         ModelError: a joint or constraint of another kind, or a name that no joint has.
     """
     found = getattr(model, "model", model)
     if not isinstance(found, pinocchio.Model):
         raise ArgumentError(f"from_pinocchio() takes a pin.Model, not {told(model)}")
     reader = _Reader(found, tuple(constraint_models), flag("strict", strict))
-    return made(reader.description(actuated), closure_tolerance)
+    return made(reader.description(actuated), closure_tolerance, forces)
 
 
 class _Reader:
