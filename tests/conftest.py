@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import gc
+import sys
 import warnings
 from collections.abc import Iterator
 from functools import lru_cache
@@ -27,8 +28,14 @@ def pytest_sessionstart() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Spare the garbage collector some ten thousand tests, which stay to the end."""
+    """Spare the garbage collector some ten thousand tests, which stay to the end.
+
+    Where inertias are very different, MuJoCo's dynamics write a log into the folder of the caller
+    unless somebody hears the warning.
+    """
     gc.freeze()
+    if "mujoco" in sys.modules:
+        sys.modules["mujoco"].set_mju_user_warning(lambda _: None)
 
 
 @pytest.fixture(scope="module")

@@ -102,7 +102,10 @@ def _of_motors(mechanism: Mechanism, mobility: int) -> Iterator[str]:
         return
     advice = "say which of them are driven, the loops move the others"
     if len(motors) < mobility:
-        advice = f"drive or hold {mobility - len(motors)} more"
+        advice = (
+            f"drive or hold {mobility - len(motors)} more, as the command line does by itself and "
+            "describe(mechanism).drives says"
+        )
     yield (
         f"{mechanism.name}: coordinates that the description drives: {len(motors)} "
         f"({choices(motors)}); coordinates that decide the motion: {mobility}; {advice}"

@@ -248,6 +248,17 @@ def test_composites_are_joints_in_a_row() -> None:
     np.testing.assert_allclose(swept.drive_effort[0], tau, rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("least", "greatest"), [(-6.0, 9.0), (-9.0, 9.0), (-np.inf, 9.0), (-6.0, np.inf), (2.0, 3.0)]
+)
+def test_each_sense_of_effort_has_its_limit(least: float, greatest: float) -> None:
+    model, _ = linkage({"ram": pin.JointModelPZ()})
+    ends = np.nan_to_num([least, greatest])  # Pinocchio's word for none is the greatest number.
+    model.lowerEffortLimit[:], model.upperEffortLimit[:] = ends
+    (joint,) = cd.from_pinocchio(model).description.joints
+    assert joint.limits.efforts == (least, greatest)
+
+
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 def test_joints_that_mimic_others(kind: str) -> None:
     limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'

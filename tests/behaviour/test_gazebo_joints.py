@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -153,11 +155,29 @@ def test_it_may_repeat_another_notation_and_must_not_contradict_it() -> None:
         both.replace('<gazebo><joint name="c"', '<gazebo><joint name="e"') + "</robot>"
     )
     assert mechanism.notation == (
-        "URDF+ <loop>; SDF <joint> in <gazebo> says the same and is not used"
+        "URDF+ <loop>; SDF <joint> in <gazebo> closes the same links and is not used"
     )
     wrong = both.replace("<child>rocker</child>", "<child>crank</child>") + "</robot>"
     with pytest.raises(cd.ModelError, match="close different loops"):
         cd.load(wrong)
+
+
+@pytest.mark.parametrize("name", ["c", "another"])
+def test_a_file_beside_may_repeat_it_under_any_name(name: str, tmp_path: Path) -> None:
+    """The proof reads the numbers of the one that is used: the file's point lies elsewhere."""
+    path = tmp_path / "bar.urdf"
+    path.write_text(pinned(PLACES["in the child"]))
+    (tmp_path / "loop_closures.yaml").write_text(
+        f"pin_loops: [{{name: {name}, parent: coupler, child: rocker, parent_xyz: [2.1, 2, 0], "
+        "child_xyz: [0, 2.5, 0], axis: [0, 0, 1]}]"
+    )
+    mechanism = cd.load(path)
+    assert mechanism.notation == (
+        "SDF <joint> in <gazebo>; loop_closures.yaml closes the same links and is not used"
+    )
+    alone = cd.load(pinned(PLACES["in the child"]))
+    found, expected = (cd.Scene(item, **SCENE).sweep(POSITIONS) for item in (mechanism, alone))
+    assert same(found, expected) and found.balance_residual < 1e-12
 
 
 def test_other_things_for_gazebo_are_passed_over_with_a_word() -> None:

@@ -31,7 +31,7 @@ FOUR_BAR = f"""<mujoco><compiler angle="radian"/><worldbody>
 
 def test_bodies_are_where_mujoco_places_them() -> None:
     mechanism = cd.load(CHAIN)
-    assert list(mechanism.description.keyframes) == ["home"]
+    assert list(mechanism.description.keyframes) == ["keyframe_1", "home"]
     model = mujoco.MjModel.from_xml_string(CHAIN)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 1)

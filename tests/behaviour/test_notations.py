@@ -48,7 +48,9 @@ def test_isaac(kind: str) -> None:
 def test_two_notations_that_agree_say_which_was_used() -> None:
     urdf = PLUS.replace("</robot>", ISAAC.format(kind="continuous") + "</robot>")
     mechanism = cd.load(urdf)
-    assert mechanism.notation == ("URDF+ <loop>; Isaac <loop_joint> says the same and is not used")
+    assert mechanism.notation == (
+        "URDF+ <loop>; Isaac <loop_joint> closes the same links and is not used"
+    )
     assert mechanism.notation in str(cd.describe(mechanism))
     same(sweep(urdf), sweep(PLUS))
 

@@ -372,6 +372,22 @@ def test_differential() -> None:
     assert maps.reflected_inertia([0.3, 0.3]) == pytest.approx(reflected, abs=1e-16)
 
 
+def test_a_cylinder_that_pulls_less_than_it_pushes_does_so_at_the_joint() -> None:
+    """Its arm is the ratio of speeds; where it shortens as the boom rises, both ends change."""
+    text = transmissions.boom().replace('effort="120000"', 'effort="120000" least_effort="-8e4"')
+    scene = cd.Scene(cd.load(text), drive="stroke")
+    boom, stroke = scene.transmission("stroke", "boom_pin"), np.linspace(-0.3, 0.2, 5)
+    per_stroke = 1.0 / boom.joints_of(stroke, 1.0).speed
+    ends = np.sort(np.multiply.outer(per_stroke, [-8e4, 1.2e5]), axis=-1)
+    assert boom.effort_limits(stroke) == pytest.approx(ends, rel=1e-12)
+    (joint,) = boom.reduced(boom.joints_of(0.0).position).mechanism.description.joints
+    least, greatest = joint.limits.efforts
+    assert [least, greatest] == pytest.approx(boom.effort_limits(0.0), rel=1e-12)
+    assert least != -greatest
+    with pytest.raises(cd.ArgumentError, match="give one position of boom_pin"):
+        boom.reduced([0.1])
+
+
 def test_boom_with_a_cylinder() -> None:
     """Law of cosines between boom's pin, cylinder's pin and piston's pin; moment by the arm."""
     scene = cd.Scene(cd.load(transmissions.boom()), drive="stroke", gravity=(0.0, 0.0, -9.81))

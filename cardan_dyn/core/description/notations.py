@@ -85,7 +85,9 @@ def agreed(
                 f"{choices(map(str, _link_pairs(written[used])))} against "
                 f"{choices(map(str, _link_pairs(written[notation])))}; keep one of them"
             )
-    remarks = "".join(f"; {notation} says the same and is not used" for notation in repeating)
+    remarks = "".join(
+        f"; {notation} closes the same links and is not used" for notation in repeating
+    )
     if may_be_frames:
         remarks += "; closing frames are not used"
     return written[used], used + remarks, notes

@@ -107,19 +107,20 @@ def _reread(description: Description) -> Description:
         )
         for joint in description.joints
     )
-    beside: dict[str, LoopDescription] = {}
-    if source.beside:
-        others = [loop for loop in description.loops if loop.name not in loops]
-        beside = reread_beside(others, placed, source.beside)
+    # In the order in which the first reading looks for one notation that it uses.
+    elsewhere: dict[str, LoopDescription] = {}
+    others = [loop for loop in description.loops if loop.name not in loops]
     if robot.find("gazebo/joint") is not None:
-        others = [loop for loop in description.loops if loop.name not in {**loops, **beside}]
-        beside |= _by(GUESTS["sdf"]).loops_in_urdf(robot, others)
+        elsewhere = _by(GUESTS["sdf"]).loops_in_urdf(robot, others)
+        others = [loop for loop in others if loop.name not in elsewhere]
+    if source.beside:
+        elsewhere |= reread_beside(others, placed, source.beside)
     return replace(
         description,
         links=tuple(_link(link.name, links[link.name]) for link in description.links),
         joints=placed,
         loops=tuple(
-            _loop(loop, loops[loop.name]) if loop.name in loops else beside.get(loop.name, loop)
+            _loop(loop, loops[loop.name]) if loop.name in loops else elsewhere.get(loop.name, loop)
             for loop in description.loops
         ),
         couplings=tuple(

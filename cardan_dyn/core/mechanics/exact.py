@@ -94,16 +94,19 @@ def load(
             has only one; or `forces` names no coupling.
         ModelError: the description is missing, malformed or impossible.
     """
-    description = read(source, strict, model)
+    return made(read(source, strict, model), closure_tolerance, forces)
+
+
+def made(
+    description: Description,
+    closure_tolerance: float | None,
+    forces: Mapping[str, str] | None = None,
+) -> Mechanism:
+    """Return the mechanism of a description, its geometry made exact, see `load`."""
     if forces is not None:
         from ..description.coupled_forces import with_stated_forces  # Few descriptions need it.
 
         description = with_stated_forces(description, mapping("forces", forces))
-    return made(description, closure_tolerance)
-
-
-def made(description: Description, closure_tolerance: float | None) -> Mechanism:
-    """Return the mechanism of a description, its geometry made exact, see `load`."""
     described = Mechanism(description)
     tolerance, length = closure_tolerance, described.characteristic_length
     if tolerance is not None:

@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 
 REMEDY = (
     'write forces="mesh" and pressure_angle in it for the teeth of two gears on parallel axes, or '
-    'forces="none" where nothing but moments about the axes of its joints acts; MJCF and SDF '
-    'have no such word, load(..., forces={"name of the coupling": "none"}) says it'
+    'forces="none" where nothing but moments about the axes of its joints acts; MJCF, SDF '
+    'and Pinocchio have no such word: load(..., forces={"name of the coupling": "none"}), or '
+    "from_pinocchio likewise, says it"
 )
 """What the author of a coupling can do."""
 

@@ -32,6 +32,19 @@ def described_limits(mechanism: Mechanism, name: str) -> tuple[float, float]:
     return (low, high) if 0.0 < high - low < most else UNLIMITED
 
 
+def _on_one_side(mechanism: Mechanism, name: str) -> tuple[float, float]:
+    """Return the limits of a slide that has one end; an angle comes round to any."""
+    joint = mechanism.joints[mechanism.drivable[name].joint]
+    if joint.type != "prismatic":
+        return UNLIMITED
+    model, column = mechanism.model, mechanism.model.idx_qs[joint.id]
+    stated = float(model.lowerPositionLimit[column]), float(model.upperPositionLimit[column])
+    low, high = (
+        end if abs(end) < _NO_LIMIT else free for end, free in zip(stated, UNLIMITED, strict=True)
+    )
+    return (low, high) if np.isinf([low, high]).any() else UNLIMITED
+
+
 def exceeded(sweep: Any) -> tuple[str, ...]:
     """Return in words where a sweep goes beyond limits of its description, once for each of them.
 
@@ -56,6 +69,8 @@ def _limited(sweep: Any) -> Iterator[tuple[str, Array, float, float, str]]:
     """Yield what has limits, its values `(...)`, least and greatest that are allowed, a unit."""
     for name, item in sweep.mechanism.drivable.items():
         low, high = described_limits(sweep.mechanism, name)
+        if (low, high) == UNLIMITED and item.slides:
+            low, high = _on_one_side(sweep.mechanism, name)
         if (low, high) == UNLIMITED:
             continue
         values = np.asarray(sweep.motion.position(name))
@@ -79,7 +94,7 @@ def effort_limits(mechanism: Mechanism) -> dict[str, tuple[float, float]]:
     return {
         name: (least, greatest)
         for name, (least, greatest) in every.items()
-        if least < greatest and (least, greatest) != UNLIMITED
+        if (least, greatest) not in ((0.0, 0.0), UNLIMITED)
     }
 
 

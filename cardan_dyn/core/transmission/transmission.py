@@ -11,7 +11,7 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.checks import names, whole
-from ...kit.errors import MobilityError, ModelError, choices
+from ...kit.errors import ArgumentError, MobilityError, ModelError, choices
 from ..description.description import Limits
 from ..dynamics.problem_solver import ProblemSolver
 from ..kinematics.loops.idle_rods import idle_rods
@@ -231,16 +231,20 @@ class Transmission(Maps):
             joints: their positions at which it does [rad or m]; where the scene starts if None.
 
         Raises:
+            ArgumentError: several positions are given.
             ModelError: a joint is no joint of the tree, or a ball.
             CardanError: as `actuated_of`.
         """
         from .reduced import ReducedTree
 
         side = self._backward.given
-        return ReducedTree(
-            self._backward,
-            self._backward.start if joints is None else side.rows("joints", joints),
-        )
+        at = self._backward.start if joints is None else side.rows("joints", joints)
+        if at.ndim != 1:
+            raise ArgumentError(
+                f"joints are several positions, of shape {at.shape}; a tree has one set of "
+                f"armatures: give one position of {choices(self.joints)}"
+            )
+        return ReducedTree(self._backward, at)
 
     def fitted(
         self,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
 
 import numpy as np
@@ -12,9 +12,9 @@ from ...core.description.description import TWO_AXES, JointOrLoop
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.sweep import Sweep
 from ...kit.arrays import Array
-from ...kit.quantities import amount, number
+from ...kit.quantities import amount, number, span
 from ...scene.mechanism_report import MechanismReport
-from .grids import Grid, way
+from .grids import Grid
 
 
 def fingerprint(mechanism: Mechanism) -> str:
@@ -228,14 +228,28 @@ def _axes(joint: JointOrLoop) -> str:
     return _vector(joint.axis)
 
 
+def _range(what: str, ends: Sequence[float], unit: str) -> Iterator[str]:
+    """Yield between what, or on which side, something has limits; zeros alone are none."""
+    low, high = ends
+    if not any(ends):
+        return
+    if np.isfinite(ends).all():
+        yield f"{what} {span(low, high, unit)}"
+    elif np.isfinite(low):
+        yield f"{what} from {amount(low, unit)}"
+    elif np.isfinite(high):
+        yield f"{what} up to {amount(high, unit)}"
+
+
 def _remarks(mechanism: Mechanism, joint: JointOrLoop) -> Iterable[str]:
     if joint.name in mechanism.independent_joints:
         yield "driven by its author"
     limits, adjustable = getattr(joint, "limits", None), getattr(joint, "adjustable", "")
-    if limits is not None and np.isfinite([limits.lower, limits.upper]).all():
-        slides = joint.type == "prismatic"
-        low, high = limits.lower, limits.upper
-        yield f"limits {way(low, high, slides)}"
+    if limits is not None:
+        at, effort = ("m", "N") if joint.type == "prismatic" else ("°", "N·m")
+        ends = (limits.lower, limits.upper)
+        yield from _range("limits", np.degrees(ends).tolist() if at == "°" else ends, at)
+        yield from _range("efforts", limits.efforts, effort)
     if adjustable:
         yield f"adjustable: {adjustable}"
 

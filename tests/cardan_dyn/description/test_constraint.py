@@ -73,7 +73,9 @@ def test_both_sides_may_state_the_same_axis() -> None:
 def test_two_notations_say_the_same() -> None:
     text = CONSTRAINT.format(kind="revolute", more="").replace('name="c"', 'name="other"')
     description = read(PLUS.replace("</robot>", f"{text}</robot>"))
-    assert description.notation == ("URDF+ <loop>; ROS <constraint> says the same and is not used")
+    assert description.notation == (
+        "URDF+ <loop>; ROS <constraint> closes the same links and is not used"
+    )
     assert reread(description).loops == description.loops
 
 

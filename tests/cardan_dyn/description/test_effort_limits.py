@@ -10,6 +10,7 @@ import cardan_dyn as cd
 from cardan_dyn.core.description.description import Limits
 from cardan_dyn.core.description.read import read
 from cardan_dyn.core.description.write import to_urdf
+from cardan_dyn.core.results.limits import exceeded
 
 ROD = """<robot name="r"><link name="a"/><link name="b"/><joint name="ram" type="{kind}">
 <parent link="a"/><child link="b"/>{limit}{more}</joint>{control}</robot>"""
@@ -58,6 +59,31 @@ def test_the_tightest_of_joint_and_command_holds(limit: str, least: float, great
     assert read(rod(limit, effort=effort)).joints[0].limits.efforts == (least, greatest)
     one = read(rod(effort='<param name="max">9</param>')).joints[0].limits
     assert one == Limits(effort=9.0, least_effort=-np.inf)
+
+
+@pytest.mark.parametrize(
+    ("limit", "told"),
+    [
+        ('lower="0" upper="inf"', ["exceeds limit of ram (0 m): -100 mm at ram -100 mm"]),
+        ('upper="0.05" lower="-inf"', ["exceeds limit of ram (50 mm): 100 mm at ram 100 mm"]),
+        ('lower="0" upper="1e6"', ["exceeds limit of ram (0 m): -100 mm at ram -100 mm"]),
+        ('lower="-1e5" upper="1e6"', []),
+        ('lower="0" upper="0"', []),
+    ],
+)
+def test_a_slide_with_one_end_is_judged_by_it(limit: str, told: list[str]) -> None:
+    limit = f'<limit {limit} effort="inf" velocity="inf"/>'
+    found = cd.Scene(cd.load(rod(limit)), drive="ram").sweep([-0.1, 0.0, 0.1])
+    assert [*exceeded(found)] == told
+
+
+@pytest.mark.parametrize("ends", [(3.0, 3.0), (4.0, 3.0)])
+def test_efforts_that_hardly_anything_meets_are_judged(ends: tuple[float, float]) -> None:
+    """Also where bounds of a motor and of its joint leave nothing."""
+    least, greatest = ends
+    limit = f'<limit effort="{greatest}" least_effort="{least}" velocity="1"/>'
+    found = cd.Scene(cd.load(rod(limit)), drive="ram").sweep([0.0])
+    assert "exceeds effort limit of ram" in str(exceeded(found))
 
 
 def test_commands_that_nothing_can_meet_are_refused() -> None:

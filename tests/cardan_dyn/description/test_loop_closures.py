@@ -187,7 +187,7 @@ def test_a_ring_of_joints_is_what_is_wrong(tmp_path: Path) -> None:
 def test_the_urdf_says_the_same(tmp_path: Path) -> None:
     description = read(written(tmp_path, CLOSURES, PLUS))
     assert description.notation == (
-        "URDF+ <loop>; loop_closures.yaml says the same and is not used"
+        "URDF+ <loop>; loop_closures.yaml closes the same links and is not used"
     )
     assert reread(description).loops == description.loops
 

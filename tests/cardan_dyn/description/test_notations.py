@@ -59,12 +59,14 @@ def test_the_first_of_three_notations_is_used(swapped: bool) -> None:
     loops, notation, _ = agreed(robot(isaac, plus), LINKS, extra, "x")
     assert [item.name for item in loops] == ["l"]
     assert notation == (
-        "URDF+ <loop>; Isaac <loop_joint> says the same and is not used; "
-        "Gepetto robot.yaml says the same and is not used"
+        "URDF+ <loop>; Isaac <loop_joint> closes the same links and is not used; "
+        "Gepetto robot.yaml closes the same links and is not used"
     )
     loops, notation, _ = agreed(robot(isaac), LINKS, extra, "x")
     assert [item.name for item in loops] == ["m"]
-    assert notation == "Isaac <loop_joint>; Gepetto robot.yaml says the same and is not used"
+    assert (
+        notation == "Isaac <loop_joint>; Gepetto robot.yaml closes the same links and is not used"
+    )
 
 
 @pytest.mark.parametrize(

@@ -583,8 +583,33 @@ def test_limits_that_are_exceeded_are_told(tmp_path: Path) -> None:
     text = beyond.save(tmp_path / "page.html", scene=False).read_text("utf-8")
     first, _, rest = text.partition("<section>")
     assert told in first and told not in rest
+    assert "limits -28.65° … 28.65°; efforts -15 … 15 N·m" in rest
     # Elements are told with their units.
     assert "stiffness 2.5 kN·m/rad; damping 0.125 N·m·s/rad; rest 0.1 rad" in rest
+
+
+@pytest.mark.usefixtures("without_pictures")
+@pytest.mark.parametrize(
+    ("limit", "told"),
+    [
+        ('effort="9e3" least_effort="-6e3"', "; efforts -6 … 9 kN<"),
+        (
+            'effort="inf" least_effort="-6e3" lower="-inf" upper="0"',
+            "limits up to 0 m; efforts from -6 kN<",
+        ),
+        ('effort="0"', "driven by its author<"),
+    ],
+)
+def test_limits_on_one_side_are_told(limit: str, told: str, tmp_path: Path) -> None:
+    pytest.importorskip("jinja2", reason="it is a page")
+    text = ARM.replace("revolute", "prismatic").replace(
+        'type="pris', 'independent="true" type="pris'
+    )
+    text = re.sub("<limit .*?/>", f'<limit velocity="0" upper="inf" lower="-inf" {limit}/>', text)
+    if limit.count("upper"):
+        text = text.replace('upper="inf" lower="-inf" eff', "eff")
+    page = Report(cd.Scene(cd.load(text), drive="wrist").sweep(np.zeros(2)))
+    assert told in page.save(tmp_path / "page.html", scene=False).read_text("utf-8")
 
 
 def test_a_universal_joint_has_a_force_and_a_moment() -> None:

@@ -330,10 +330,10 @@ class _Reader:
         """Yield names of keyframes and the positions of joints in them, counted as here."""
         model = self._model
         joints = [item for item in enumerate(self._of_index) if item[1].type != "fixed"]
-        for key in range(model.nkey):
-            if name := model.key(key).name:
-                at = model.key_qpos[key]
-                yield name, frozen({joint.name: self._counted(k, at) for k, joint in joints})
+        taken = {model.key(key).name for key in range(model.nkey)}
+        for key, at in enumerate(model.key_qpos):
+            name = model.key(key).name or unique(f"keyframe_{key + 1}", taken)
+            yield name, frozen({joint.name: self._counted(k, at) for k, joint in joints})
 
     def _counted(self, joint: int, at: Array) -> float | Array:
         """Return the position of a joint in coordinates of MuJoCo's, from where it is at first."""

@@ -7,7 +7,8 @@ massless links between.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -67,12 +68,13 @@ def from_pinocchio(
     actuated: Iterable[str] | None = None,
     strict: bool = True,
     closure_tolerance: float | None = None,
+    forces: Mapping[str, str] | None = None,
 ) -> Mechanism:
     """Return the mechanism of a model that Pinocchio has loaded, and of its constraints.
 
     Bodies are the links of its frames of type `BODY`; a composite joint and a screw become several
-    joints in a row, the last of which has its name. `model.gravity` plays no part: a scene is
-    given its own.
+    joints in a row, the last of which has its name. A scene takes `model.gravity` where it is
+    given `gravity="description"`.
 
     Args:
         model: a `pin.Model`, or what has one as its `model` (`pin.RobotWrapper`).
@@ -82,16 +84,18 @@ def from_pinocchio(
         actuated: names of the joints that motors drive.
         strict: refuse inertias that no body can have.
         closure_tolerance: as of `load`; the numbers count as exact if None.
+        forces: as of `load`, of joints that follow others: `k_mimic` is the coupling of `k`.
 
     Raises:
-        ArgumentError: there is no model, or the tolerance is negative or no number.
+        ArgumentError: there is no model, the tolerance is negative or no number, or `forces` names
+            no coupling.
         ModelError: a joint or constraint of another kind, or a name that no joint has.
     """
     found = getattr(model, "model", model)
     if not isinstance(found, pinocchio.Model):
         raise ArgumentError(f"from_pinocchio() takes a pin.Model, not {told(model)}")
     reader = _Reader(found, tuple(constraint_models), flag("strict", strict))
-    return made(reader.description(actuated), closure_tolerance)
+    return made(reader.description(actuated), closure_tolerance, forces)
 
 
 class _Reader:
@@ -276,12 +280,21 @@ class _Reader:
         model, rate, place = self._model, self._model.idx_vs[index], self._model.idx_qs[index]
         if model.nvs[index] != 1:
             return joint
-        found = {"velocity": model.upperVelocityLimit[rate], "effort": model.upperEffortLimit[rate]}
+        found = {
+            "velocity": model.upperVelocityLimit[rate],
+            "effort": model.upperEffortLimit[rate],
+            "least_effort": model.lowerEffortLimit[rate],
+        }
         if model.nqs[index] == 1:
             found["lower"] = model.lowerPositionLimit[place]
             found["upper"] = model.upperPositionLimit[place]
         # Pinocchio's greatest double means none.
-        limits = Limits(**{key: float(x) for key, x in found.items() if abs(x) < GREATEST})
+        limits = Limits(
+            **{
+                key: float(x) if abs(x) < GREATEST else math.copysign(math.inf, x)
+                for key, x in found.items()
+            }
+        )
         dynamics = Dynamics(float(model.damping[rate]), float(model.friction[rate]))
         return replace(joint, limits=limits, dynamics=dynamics)
 

@@ -138,6 +138,14 @@ def test_actuators_keyframes_and_sites_are_written_in_their_order(tmp_path: Path
     assert cd.load(path).description == mechanism.description
 
 
+def test_keyframes_without_a_name_are_numbered() -> None:
+    keys = """<key qpos="0.5 0.6 0 0.8 0 0.25"/><key name="keyframe_3" qpos="0 1 0 0 0 0"/>
+        <key qpos="1 1 0 0 0 0.5"/>"""
+    found = cd.load(GEAR.replace("<key name", f"{keys}<key name")).description.keyframes
+    assert list(found) == ["keyframe_1", "keyframe_3", "keyframe_3_2", "up"]
+    assert [found[name]["ram"] for name in found] == [0.25, 0.0, 0.5, 0.25]
+
+
 def test_keyframes_count_from_where_the_zero_is_put(tmp_path: Path) -> None:
     """Bodies stand where they stood in the keyframe, whatever counts as zero."""
     path = cd.write(cd.load(GEAR), tmp_path / "up.xml", at="up")
