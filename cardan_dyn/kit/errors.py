@@ -294,12 +294,14 @@ def as_position(position: np.ndarray) -> float | np.ndarray:
 def choices(names: Iterable[str], near: object = None, most: int = _MOST_LISTED) -> str:
     """Return valid names, sorted and with commas between them, for the end of a message.
 
+    Turns about axes are behind positions along them, as in rows of a pose.
+
     Args:
         names: all of them.
         near: an unknown name, after which the message asks for the most similar valid ones.
         most: how many names are listed; the others are counted.
     """
-    listed = sorted(set(names))
+    listed = sorted(set(names), key=lambda name: name.replace(".turn_", ".~"))
     if not listed:
         return "none"
     similar: list[str] = []

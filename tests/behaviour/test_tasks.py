@@ -512,6 +512,8 @@ def test_derivatives_hold_the_task(name: str) -> None:
     sweep = five.sweep(*given)
     found = sweep.derivative(name)
     of_machine = sweep.of_machine.derivative(name).drive_effort
+    efforts = np.stack([found.actuated_effort[joint] for joint in sweep.actuated_effort], -1)
+    np.testing.assert_array_equal(efforts, found.drive_effort)
     if name.startswith("mass"):  # It moves nothing.
         np.testing.assert_array_equal(found.drive_effort, of_machine)
         return
@@ -693,6 +695,8 @@ def test_more_actuated_joints_than_decide_the_motion() -> None:
     # How they are shared changes as well, of which derivatives of the machine say nothing.
     by = shared.derivative("load.x", "gravity.x")
     assert all(np.isnan(of.drive_effort).all() for of in by.values())
+    assert all(list(of.actuated_effort) == joints for of in by.values())
+    assert all(np.isnan(list(of.actuated_effort.values())).all() for of in by.values())
     with pytest.raises(cd.ModelError, match="laws of motion"):
         shared.gradient({"m1.drive_effort": 1.0}, "load.x")
     # As loads they stay as they are, and are those of any sweep in linear models.
