@@ -794,7 +794,11 @@ def point(axes: str = "xy", link: str = "load") -> cd.PointTask:
         ({"drive": "m1"}, cd.ArgumentError, "drive and task both"),
         ({"free": "m1"}, cd.ArgumentError, "either driven, free or held"),
         ({"actuated": None}, cd.MobilityError, r"actuated=\[...\]; joints: e1"),
-        ({"actuated": ["m1"]}, cd.MobilityError, "drive or hold one of: e1, e2, m2"),
+        (
+            {"actuated": ["m1"]},
+            cd.MobilityError,
+            r"2 deg.* 1 \(m1\); actuate or hold one of: e1, e2",
+        ),
         ({"actuated": ["m1", "m7"]}, cd.ModelError, "no joint 'm7'"),
         ({"effort_weights": {"m1": 0.0}}, cd.ArgumentError, "weights are positive"),
         ({"effort_weights": {"e1": 1.0}}, cd.ArgumentError, "'e1' is not actuated"),
