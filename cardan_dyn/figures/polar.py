@@ -299,10 +299,13 @@ def _annotate(axes: Axes, ends: Array, labels: Mapping[int, str], size: float) -
 
 
 def _quarters(angle: Array) -> dict[int, str]:
-    """Return the samples nearest to the quarters of the first turn, and their labels."""
-    away = {degrees: np.abs(np.rad2deg(angle) - degrees) for degrees in (0, 90, 180, 270)}
+    """Return the samples nearest to four quarters of a turn, from 0° if possible, and labels."""
+    degrees = np.rad2deg(angle)
     # Some degrees beside it, a sample is still called by it.
-    return {int(np.argmin(gap)): f"{degrees}°" for degrees, gap in away.items() if gap.min() < 3.0}
+    least, most = np.ceil((degrees.min() - 3.0) / 90.0), np.floor((degrees.max() + 3.0) / 90.0)
+    quarters = 90.0 * (max(least, min(0.0, most - 3.0)) + np.arange(4))
+    away = {f"{quarter:.0f}°": np.abs(degrees - quarter) for quarter in quarters}
+    return {int(np.argmin(gap)): label for label, gap in away.items() if gap.min() < 3.0}
 
 
 def _ends(position: Array) -> dict[int, str]:

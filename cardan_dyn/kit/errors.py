@@ -150,12 +150,14 @@ class MobilityError(CardanError):
         mobility: number of drives that the scene needs; None where it was not determined.
         free: names of the coordinates whose motion is not determined, as in `Mechanism.drivable`.
         advised: names of coordinates that decide it, once they are driven or held as well.
+        advice: in words, which of all that decide it are likely.
         surplus: names of drives and held joints, one of which is too many.
     """
 
     mobility: int | None = None
     free: Sequence[str] = ()
     advised: Sequence[str] = ()
+    advice: str = ""
     surplus: Sequence[str] = ()
 
 
@@ -291,15 +293,26 @@ def as_position(position: np.ndarray) -> float | np.ndarray:
     return float(position[0]) if len(position) == 1 else position
 
 
-def choices(names: Iterable[str], near: object = None, most: int = _MOST_LISTED) -> str:
+def choices(
+    names: Iterable[str],
+    near: object = None,
+    most: int = _MOST_LISTED,
+    *,
+    ranked: bool = False,
+) -> str:
     """Return valid names, sorted and with commas between them, for the end of a message.
+
+    Turns about axes are behind positions along them, as in rows of a pose.
 
     Args:
         names: all of them.
         near: an unknown name, after which the message asks for the most similar valid ones.
         most: how many names are listed; the others are counted.
+        ranked: whether they stay in their order.
     """
-    listed = sorted(set(names))
+    listed = list(dict.fromkeys(names))
+    if not ranked:
+        listed.sort(key=lambda name: name.replace(".turn_", ".~"))
     if not listed:
         return "none"
     similar: list[str] = []

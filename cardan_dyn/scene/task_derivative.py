@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext, suppress
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..core.dynamics.parameters import OfColumn, OfOrigin
 from ..core.results.derivative import Derivative, Swept, derivatives_of, refuse_turned
 from ..kit.arrays import Array, flat
 from ..kit.errors import ModelError, choices
+from ..kit.frozen import frozen, read_only
 from .tasks import AngleTask, PoseTask, Task
 
 _OF_DRIVES = "", "speed:", "acceleration:"
@@ -53,6 +55,18 @@ class TaskDerivative(Derivative):
     def __init__(self, parameter: str, of: Swept, terms: Sequence[tuple[Array, Derivative]]):
         change: Any = _Sum([(weights, item._change) for weights, item in terms])
         self._freeze(parameter=parameter, _of=of, _change=change, _terms=terms)
+
+    @cached_property
+    def actuated_effort(self) -> Mapping[str, Array]:
+        """Actuated joint to the derivative of its effort `(N,)`; NaN where others share it.
+
+        Raises:
+            ModelError: the outputs of the scene leave it out.
+        """
+        problem, nothing = self._of.problem, read_only(np.full(self.shape, np.nan))
+        shares = (name for name in self._of.shared if name not in problem.held)
+        of_drives = {name: self._read(f"{name}.drive_effort") for name in problem.independent}
+        return frozen(dict.fromkeys(shares, nothing) | of_drives)
 
     def weighed(self, weights: Sequence[tuple[str, int, Array]], is_asked: bool) -> float | None:
         """Return that of a sum of columns of fields, times weights `(N,)`; None if it is open.

@@ -236,7 +236,7 @@ class TaskMotion(Frozen):
             if (sample := error.sample) is None:
                 raise
             asked = flat(given, targets.shape, trailing=1)[sample]
-            raise self.told(error, asked, f" (sample {sample} of {targets.size})") from error
+            raise self.told(error, asked, f" (sample {sample} of {targets.size})") from None
         own = self._columns_of_machine
         turns = assembled.turns
         motion = Motion(
@@ -487,8 +487,15 @@ def solvers(problem: Problem, like: ProblemSolver | None = None) -> Iterator[Pro
         yield ProblemSolver(problem, like)
         return
     except MobilityError as error:
-        if error.mobility is None or error.mobility >= len(actuated):
+        if error.mobility is None or error.mobility == len(actuated):
             raise
+        if error.mobility > len(actuated):
+            raise MobilityError(
+                f"{problem.mechanism.name}: its motion has {error.mobility} degrees of freedom, "
+                f"and a task as many rows, whereas what is actuated or free has {len(actuated)} "
+                f"({choices(actuated)}); actuate or hold {error.advice}",
+                **error.details,
+            ) from None
         if problem.free:
             raise MobilityError(
                 f"{problem.mechanism.name}: {choices(problem.drives)} are actuated, more than "

@@ -238,9 +238,9 @@ class TaskSweep(Sweep):
         return task_derivatives(of, self._given.followed, self._given.tasks, self.rows, parameters)
 
     def _swept(self, parameters: tuple[object, ...]) -> Swept:
-        shared = {name for name, is_unique in self.actuated_unique.items() if not is_unique}
+        shared = [name for name, is_unique in self.actuated_unique.items() if not is_unique]
         # What holds a joint is not looked at one by one.
-        return super()._swept(parameters)._replace(shared=shared and {*shared, *self.held})
+        return super()._swept(parameters)._replace(shared=shared and [*shared, *self.held])
 
     @cached_property
     def task_position(self) -> Array:

@@ -512,6 +512,8 @@ def test_derivatives_hold_the_task(name: str) -> None:
     sweep = five.sweep(*given)
     found = sweep.derivative(name)
     of_machine = sweep.of_machine.derivative(name).drive_effort
+    efforts = np.stack([found.actuated_effort[joint] for joint in sweep.actuated_effort], -1)
+    np.testing.assert_array_equal(efforts, found.drive_effort)
     if name.startswith("mass"):  # It moves nothing.
         np.testing.assert_array_equal(found.drive_effort, of_machine)
         return
@@ -693,6 +695,8 @@ def test_more_actuated_joints_than_decide_the_motion() -> None:
     # How they are shared changes as well, of which derivatives of the machine say nothing.
     by = shared.derivative("load.x", "gravity.x")
     assert all(np.isnan(of.drive_effort).all() for of in by.values())
+    assert all(list(of.actuated_effort) == joints for of in by.values())
+    assert all(np.isnan(list(of.actuated_effort.values())).all() for of in by.values())
     with pytest.raises(cd.ModelError, match="laws of motion"):
         shared.gradient({"m1.drive_effort": 1.0}, "load.x")
     # As loads they stay as they are, and are those of any sweep in linear models.
@@ -790,7 +794,11 @@ def point(axes: str = "xy", link: str = "load") -> cd.PointTask:
         ({"drive": "m1"}, cd.ArgumentError, "drive and task both"),
         ({"free": "m1"}, cd.ArgumentError, "either driven, free or held"),
         ({"actuated": None}, cd.MobilityError, r"actuated=\[...\]; joints: e1"),
-        ({"actuated": ["m1"]}, cd.MobilityError, "drive or hold one of: e1, e2, m2"),
+        (
+            {"actuated": ["m1"]},
+            cd.MobilityError,
+            r"2 deg.* 1 \(m1\); actuate or hold one of: e1, e2",
+        ),
         ({"actuated": ["m1", "m7"]}, cd.ModelError, "no joint 'm7'"),
         ({"effort_weights": {"m1": 0.0}}, cd.ArgumentError, "weights are positive"),
         ({"effort_weights": {"e1": 1.0}}, cd.ArgumentError, "'e1' is not actuated"),

@@ -108,6 +108,7 @@ def test_positions_in_messages_have_twelve_digits(position: object, text: str) -
         (["b", "a", "b"], "a, b"),
         (["one"], "one"),
         (iter("ba"), "a, b"),
+        (["b.turn_z", "b.z", "a.turn_x", "b.x"], "a.turn_x, b.x, b.z, b.turn_z"),
     ],
 )
 def test_choices_are_sorted(names: object, text: str) -> None:

@@ -79,12 +79,23 @@ def _over(reports: Sequence[Findings], sweeps: Sequence[Sweep], x: str) -> list[
     if not x and len(drives) == 1 and len(reports[0].drives) == 1:
         (x,) = reports[0].drives
     if x in reports[0].mechanism.drivable:
-        return [along(sweep, x) for sweep in sweeps]
+        return _together([along(sweep, x) for sweep in sweeps])
     one_way = {name: min(_one_way(of[name].position) for of in rows) for name in common}
     best = x or max(one_way, key=one_way.__getitem__, default="")
     if best and (x or one_way[best]):
         return [over(best, of[best].position, of[best].unit) for of in rows]
     return [over("sample", np.arange(1, len(sweep) + 1), "") for sweep in sweeps]
+
+
+def _together(every: list[Abscissa]) -> list[Abscissa]:
+    """Return angles, of sets clear of each other without the whole turns between them."""
+    ends = np.array([(at.values.min(), at.values.max()) for at in every])
+    whole = 360.0 * np.round((ends - ends[0]).mean(axis=1) / 360.0)
+    if every[0].kind != "angle" or not whole.any() or ends[:, 0].max() <= ends[:, 1].min():
+        return every
+    label = f"{every[0].label} less whole turns"
+    pairs = zip(every, whole, strict=True)
+    return [at._replace(values=at.values - turns, label=label) for at, turns in pairs]
 
 
 def _one_way(values: Array) -> float:

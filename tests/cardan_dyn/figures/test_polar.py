@@ -62,6 +62,21 @@ def test_forces_are_drawn_in_their_plane_about_the_origin(needle_turn: cd.Sweep)
     assert np.ptp(axes.get_xlim()) == pytest.approx(np.ptp(axes.get_ylim()))
 
 
+@pytest.mark.parametrize(
+    ("start", "labels"),
+    [
+        (-180.0, {"-90°, 90°", "0°, 180°"}),
+        (700.0, {"720°, 900°", "810°, 990°"}),
+        (-1440.0, {"-1260°, -1080°", "-1350°, -1170°"}),
+    ],
+)
+def test_quarters_are_those_that_are_gone_through(start: float, labels: set[str]) -> None:
+    scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.3})
+    turn = scene.sweep(np.deg2rad(start + np.arange(361.0)), loads={"bearing_out": -100.0})
+    (axes,) = figures.moment_polar(turn, "bearing_in", "world").axes
+    assert {text.get_text() for text in axes.texts} == labels
+
+
 def test_plane_is_across_the_joints_axis(needle_turn: cd.Sweep) -> None:
     """All axes of the needle drive but that of its needle are parallel to z."""
     (axes,) = figures.force_polar(needle_turn, "rocker_bearing", "world").axes

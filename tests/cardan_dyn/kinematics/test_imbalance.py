@@ -142,3 +142,27 @@ def test_what_is_close_to_singular_is_not_locked() -> None:
     assert scene.sweep([0.0]).condition[0] > 1e6
     with pytest.raises(cd.SingularConfigurationError, match=r"rounding decides .* of its speeds"):
         scene.replace(free=scene.drives).simulate(0.1, speed=1.0)
+
+
+def test_a_cylinder_is_listed_before_what_moves_with_it() -> None:
+    """Of 14 joints that would do, ten are named; by their names alone it was none of them."""
+    body = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    others = [f"a{index:02}" for index in range(13)]
+    parts = [f'<link name="{name}_link">{body}</link>' for name in ("swing", "way", *others)]
+    for name, kind in {"swing": "continuous", "way": "prismatic"}.items():
+        limit = '<limit lower="0" upper="1" effort="1" velocity="1"/>' * (kind == "prismatic")
+        parts.append(
+            f'<joint name="{name}" type="{kind}"><parent link="base"/>'
+            f'<child link="{name}_link"/>{limit}</joint>'
+        )
+    parts += [
+        f'<joint name="{name}" type="continuous"><parent link="base"/>'
+        f'<child link="{name}_link"/><mimic joint="way" multiplier="1"/></joint>'
+        for name in others
+    ]
+    mechanism = cd.load(f'<robot name="geared"><link name="base"/>{"".join(parts)}</robot>')
+    with pytest.raises(cd.MobilityError, match="drive or hold one of: way, a00, a01") as told:
+        cd.Scene(mechanism, drive="swing")
+    assert str(told.value).endswith("and 4 more")
+    with pytest.raises(cd.MobilityError, match=r"has 1 \(swing\); actuate or hold one of: way, a"):
+        cd.Scene(mechanism, task=["swing", "way"], actuated="swing")

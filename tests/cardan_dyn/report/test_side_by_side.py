@@ -210,6 +210,22 @@ def test_plot_is_the_figure_of_the_page_and_draws_joints_by_name() -> None:
         reports.plot(color="red")
 
 
+def test_angles_whole_turns_apart_lie_over_each_other() -> None:
+    pytest.importorskip("matplotlib", reason="it is a figure")
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": 9.0})
+    way = np.linspace(-np.pi, np.pi, 61)
+    far = [scene.sweep(way + 2.0 * np.pi * turns) for turns in (0, -40)]
+    figure = cd.Reports(far, ["here", "there"]).plot("crank_pin.shear")
+    assert figure.axes[-1].get_xlabel() == "crank_bearing [°] less whole turns"
+    (((here, one), (there, other)),) = drawn_in(figure).values()
+    np.testing.assert_allclose(there, here, atol=1e-9)
+    np.testing.assert_allclose(other, one, rtol=1e-9)
+    # What has places in common stays where it is.
+    near = [scene.sweep(way), scene.sweep(way + 0.5 * np.pi)]
+    figure = cd.Reports(near, ["here", "there"]).plot("crank_pin.shear")
+    assert figure.axes[-1].get_xlabel() == "crank_bearing [°]"
+
+
 def test_drives_without_a_task_are_drawn_over_samples() -> None:
     pytest.importorskip("matplotlib", reason="it is a figure")
     machines = [sweep.of_machine for sweep in lifted(*FORCES)]

@@ -95,10 +95,13 @@ class _Imbalance:
             still = self._names([column for column in driven if not best.moving([column])])
             reasons.append(_too_many(still, surplus, drives, excess))
             surplus = surplus or still
+        advice = ""
         if excess and not coupled and mechanism.description.remedy:
             reasons.append(mechanism.description.remedy)
         if left.number:
-            reasons.append(self._too_few(best, left, free, advised))
+            advice = self._advice(left, advised)
+            told = self._left(best, left, free, advised)
+            reasons.append(f"{told}; drive or hold {advice}")
         if not reasons:
             reasons.append(
                 f"{choices(drives)} would decide the motion, but this position is so close to a "
@@ -112,6 +115,7 @@ class _Imbalance:
             mobility=best.number,
             free=free,
             advised=advised,
+            advice=advice,
             surplus=surplus,
         )
 
@@ -214,8 +218,8 @@ class _Imbalance:
             advice = f"stop holding more than one joint, or {advice}"
         return f"it is locked: {advice}"
 
-    def _too_few(self, best: Freedoms, left: Freedoms, free: list[str], advised: list[str]) -> str:
-        """Return which motions are left, and what can be driven to remove them."""
+    def _left(self, best: Freedoms, left: Freedoms, free: list[str], advised: list[str]) -> str:
+        """Return which motions are left."""
         columns = [self._column_of[name] for name in advised]
         # Where there are several, what the most links do says enough of each.
         most = _MOST if left.number == 1 else 1
@@ -231,16 +235,27 @@ class _Imbalance:
             texts.append(f"and {more} more")
         listed = f": {'; '.join(texts)}" if texts else ""
         freedoms = "1 freedom is" if left.number == 1 else f"{left.number} freedoms are"
+        return f"nothing decides the motion of: {choices(free)}; {freedoms} left over{listed}"
+
+    def _advice(self, left: Freedoms, advised: list[str]) -> str:
+        """Return what can be driven or held to remove the motions that are left.
+
+        What its author drives is listed first, then slides, which mostly are cylinders.
+        """
         if len(advised) > 1:
-            advice = f"{len(advised)} of them, such as {choices(advised, most=20)}"
-        else:
-            rates, candidates = np.linalg.norm(left.motions, axis=1), self._candidates()
-            useful = [each for each in candidates if rates[each] > 0.1 * np.max(rates[candidates])]
-            advice = f"one of: {choices(self._drivable(useful))}"
-        return (
-            f"nothing decides the motion of: {choices(free)}; {freedoms} left over{listed}; "
-            f"drive or hold {advice}"
+            return f"{len(advised)} of them, such as {choices(advised, most=20)}"
+        rates, candidates = np.linalg.norm(left.motions, axis=1), self._candidates()
+        useful = [each for each in candidates if rates[each] > 0.1 * np.max(rates[candidates])]
+        motors, drivable = self._mechanism.independent_coordinates, self._mechanism.drivable
+        ranked = sorted(
+            self._drivable(useful),
+            key=lambda name: (
+                name not in motors,
+                name != drivable[name].joint or not drivable[name].slides,
+                name,
+            ),
         )
+        return f"one of: {choices(ranked, ranked=True)}"
 
 
 def _decides(found: Freedoms, driven: list[int]) -> bool:

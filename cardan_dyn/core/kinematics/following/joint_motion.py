@@ -96,7 +96,7 @@ class JointMotion:
         except AssemblyError as error:
             from ..diagnosis.reach import all_out_of_reach  # Imported here: only errors need it.
 
-            raise all_out_of_reach(self._names, self._driven, asked, error) from error
+            raise all_out_of_reach(self._names, self._driven, asked, error) from None
         return x, turns, is_there
 
     def _take_turns_off(self, own: Array, turns: Array) -> None:

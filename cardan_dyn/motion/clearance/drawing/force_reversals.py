@@ -91,7 +91,7 @@ def _draw(axes: Axes, joint: JointScan, columns: list[int], half: float) -> None
     ends = joint.force[:, columns]
     # The period's end is its beginning.
     closed = np.concatenate([ends, ends[:1]])
-    diagram(axes, np.append(joint.position, np.inf), closed, half)
+    diagram(axes, joint.position, closed, half)
     length = 0.35 * float(np.max(np.linalg.norm(ends, axis=1)))
     for item in joint.reversals:
         _arrow(axes, item, length * item.direction[columns])
