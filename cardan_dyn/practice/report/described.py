@@ -10,9 +10,10 @@ import numpy as np
 
 from ...core.description.description import TWO_AXES, JointOrLoop
 from ...core.mechanism.mechanism import Mechanism
+from ...core.results.limits import effort_limits
 from ...core.results.sweep import Sweep
 from ...kit.arrays import Array
-from ...kit.quantities import amount, number
+from ...kit.quantities import amount, number, span
 from ...scene.mechanism_report import MechanismReport
 from .grids import Grid, way
 
@@ -232,10 +233,14 @@ def _remarks(mechanism: Mechanism, joint: JointOrLoop) -> Iterable[str]:
     if joint.name in mechanism.independent_joints:
         yield "driven by its author"
     limits, adjustable = getattr(joint, "limits", None), getattr(joint, "adjustable", "")
-    if limits is not None and np.isfinite([limits.lower, limits.upper]).all():
+    if limits is not None:
         slides = joint.type == "prismatic"
-        low, high = limits.lower, limits.upper
-        yield f"limits {way(low, high, slides)}"
+        if np.isfinite([limits.lower, limits.upper]).all():
+            yield f"limits {way(limits.lower, limits.upper, slides)}"
+        if 0.0 < limits.velocity < np.inf:
+            yield f"speed up to {amount(limits.velocity, 'm/s' if slides else 'rad/s')}"
+        if joint.name in (known := effort_limits(mechanism.base)):
+            yield f"effort {span(*known[joint.name], 'N' if slides else 'N·m')}"
     if adjustable:
         yield f"adjustable: {adjustable}"
 
