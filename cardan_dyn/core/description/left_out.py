@@ -72,7 +72,7 @@ def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]
             for value in (of.lower, of.upper, of.velocity, *of.efforts)
         )
     ]
-    told = "they hold nothing back; results say where positions and efforts lie beyond them"
+    told = "they hold nothing back; results say where positions, speeds and efforts lie beyond them"
     return line_of(where, "limits", limited, told, is_left_out=False)
 
 

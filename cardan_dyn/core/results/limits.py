@@ -48,9 +48,9 @@ def _on_one_side(mechanism: Mechanism, name: str) -> tuple[float, float]:
 def exceeded(sweep: Any) -> tuple[str, ...]:
     """Return in words where a sweep goes beyond limits of its description, once for each of them.
 
-    These are positions of all joints, and efforts of drives, of what is held and of actuated
-    joints. An angle is the same after a turn; limits of zero for efforts are none, as URDF requires
-    some. Speeds are not judged. What is beyond by rounding of the greatest values is not.
+    These are positions and speeds of all joints, and efforts of drives, of what is held and of
+    actuated joints. An angle is the same after a turn; limits of zero for speeds and efforts are
+    none, as URDF requires some. What is beyond by rounding of the greatest values is not.
     """
     found = []
     for what, values, low, high, unit in _limited(sweep):
@@ -81,6 +81,11 @@ def _limited(sweep: Any) -> Iterator[tuple[str, Array, float, float, str]]:
         near = values - turn * np.round((values - middle) / turn)
         low, high = float(np.degrees(low)), float(np.degrees(high))
         yield f"limit of {name}", np.degrees(near), low, high, "°"
+    for joint in sweep.mechanism.description.joints:
+        if joint.name in sweep.mechanism.drivable and 0.0 < joint.limits.velocity < np.inf:
+            most, unit = joint.limits.velocity, sweep.mechanism.drivable[joint.name].unit
+            speeds = sweep.motion.velocity(joint.name)
+            yield f"speed limit of {joint.name}", speeds, -most, most, f"{unit}/s"
     limits = effort_limits(sweep.mechanism)
     for name, values in efforts(sweep).items():
         if name in limits:

@@ -382,14 +382,21 @@ class Sweep(MotionResult):
             checks.append(f"balance {self.balance_residual:.1e}")
         if not math.isnan(self.power_residual):
             checks.append(f"power {self.power_residual:.1e}")
-        told = [self.left_open.brief, self.near_singular()]
-        if math.prod(self.shape) <= _MOST_EVALUATED:
-            told += [self.near_reach, *exceeded(self)]
-        beware = "".join(f"; {text}" for text in told if text)
+        beware = "".join(f"; {text}" for text in (self.left_open.brief, *self.beware) if text)
         return (
             f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
             f"{self._driven()}{self._unchecked()}residuals: {', '.join(checks)}{beware}>"
         )
+
+    @property
+    def beware(self) -> tuple[str, ...]:
+        """In words that wrenches are close to singular, and where limits are exceeded.
+
+        Of samples too many to be evaluated for a text, nothing is told.
+        """
+        if math.prod(self.shape) > _MOST_EVALUATED:
+            return ()
+        return tuple(filter(None, [self.near_singular(), self.near_reach, *exceeded(self)]))
 
     def near_singular(self, *wrenches: JointWrench) -> str:
         """Return in words that the greatest wrenches come from close to a singular configuration.

@@ -317,6 +317,13 @@ class Trajectory(MotionResult):
         ended = f", ended by: {self.reason}" if self.reason else ""
         if count := len(self._course.notes):
             ended += f"; {count} note{'s' * (count > 1)}"
+        try:
+            told = list(self.sweep.beware)
+            if places := self.time[self.singular].tolist():
+                told.append(f"singular at {len(places)} times, first at {places[0]:.6g} s")
+        except CardanError as error:
+            told = [f"wrenches are not known: {error}"]
+        ended += "".join(f"; {text}" for text in told)
         return (
             f"<Trajectory of {self.mechanism.name!r}: {len(self)} times from {self.time[0]:g} to "
             f"{self.time[-1]:g} s by {self.method}{ended}>"

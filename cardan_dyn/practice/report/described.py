@@ -249,6 +249,8 @@ def _remarks(mechanism: Mechanism, joint: JointOrLoop) -> Iterable[str]:
         at, effort = ("m", "N") if joint.type == "prismatic" else ("°", "N·m")
         ends = (limits.lower, limits.upper)
         yield from _range("limits", np.degrees(ends).tolist() if at == "°" else ends, at)
+        if 0.0 < limits.velocity < np.inf:
+            yield f"speed up to {amount(limits.velocity, 'm/s' if at == 'm' else 'rad/s')}"
         yield from _range("efforts", limits.efforts, effort)
     if adjustable:
         yield f"adjustable: {adjustable}"

@@ -85,3 +85,33 @@ def test_ranges_of_drives_say_whose_limits_they_leave() -> None:
 def test_what_outputs_leave_out_is_not_judged(outputs: list[str]) -> None:
     scene = cd.Scene(cd.load(ARM), drive=["shoulder", "boom"], outputs=outputs)
     assert "exceeds limit of boom" in repr(scene.sweep([[0.0, 0.5]]))
+
+
+def test_speeds_are_held_against_the_file() -> None:
+    """The rocker's speed by difference of the law of cosines; zero is no limit."""
+    scene = cd.Scene(cd.load(BAR), drive="motor", near={"wrist": -1.444, "pin": -0.239})
+    turn, speed, step = np.linspace(0.0, 2.0 * np.pi, 73), 12.0, 1e-5
+    rates = [speed * (rocker(a + step) - rocker(a - step)) / (2.0 * step) for a in turn[1:-1]]
+    worst = 1 + int(np.abs(rates).argmax())
+    most = rates[worst - 1]
+    told = repr(scene.sweep(turn, speed=speed))
+    assert (
+        f"exceeds speed limit of wrist ({math.copysign(1.0, most):g} rad/s): {most:.4g} rad/s "
+        f"at motor {math.degrees(turn[worst]):.4g}°"
+    ) in told
+    assert "speed limit" not in repr(scene.sweep(turn, speed=0.99 * speed / abs(most)))
+    arm = cd.Scene(cd.load(ARM), drive=["shoulder", "boom"])
+    assert "speed limit" not in repr(arm.sweep([[0.0, 0.0]], speed=[[9.0, 9.0]]))
+
+
+def test_trajectories_tell_what_their_motion_exceeds() -> None:
+    """Of a pendulum of energy m g l from rest at the side: ω² = 2 m g l sin φ / I."""
+    arm = cd.load(ARM.replace('velocity="0"', 'velocity="2"').replace('effort="15"', 'effort="0"'))
+    scene = cd.Scene(arm, free="shoulder", held={"boom": 0.0}, gravity=(0.0, 0.0, -9.81))
+    falling = scene.simulate(0.4)
+    end = falling.position[-1]
+    speed = -math.sqrt(2.0 * 4 * 9.81 * 0.5 * math.sin(-end) / (0.1 + 4 * 0.5**2))
+    for told in (repr(falling), str(falling)):
+        assert f"exceeds speed limit of shoulder (-2 rad/s): {speed:.4g} rad/s" in told
+        assert f"exceeds limit of shoulder (-57.3°): {math.degrees(end):.4g}°" in told
+    assert "exceeds" not in repr(falling.at(falling.time[falling.time < 0.1]))
