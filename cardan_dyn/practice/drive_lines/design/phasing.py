@@ -305,7 +305,7 @@ def _least_residual(line: Line, task: ForkTask) -> Phasing[Line]:
     """Return the forks with the least greatest residual angle of shafts."""
     corners, allowed = task.corners, task.allowed
     betas, planes, given = line.uneven_angles, line.geometry.plane_offsets, line.fork_offsets
-    choice = least_residual(betas, planes, allowed, corners, given, task.most)
+    choice = least_residual(betas, planes, allowed, corners, given, task.most + 1)
 
     def values(phases: Array) -> Array:
         found = residual_angles(betas, phases)
@@ -334,7 +334,7 @@ def _least_force(line: Line, task: ForkTask) -> Phasing[Line]:
 
         return of
 
-    choice = minima(squares(FINE), squares(ROUGH), task.allowed, task.most, given)
+    choice = minima(squares(FINE), squares(ROUGH), task.allowed, task.most + 1, given)
     choice = choice._replace(offsets=halved(choice.offsets))
 
     def values(phases: Array) -> Array:
