@@ -186,7 +186,11 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
 )
 @click.option("--optimise-phases", is_flag=True, help="Judge the line with its best forks.")
 @click.option("--teeth", type=click.IntRange(2), help="Forks can be turned by 360°/TEETH alone.")
-@options.written("--page", "page", "Write one HTML page with data, figures and verdict.")
+@options.written(
+    "--page",
+    "page",
+    "Write one HTML page with data, figures and verdict; for a PDF print it from a browser.",
+)
 @click.option("--scene/--no-scene", default=True, help="Put the turning scene on the page.")
 @click.option(
     "--units",

@@ -15,6 +15,7 @@ from ...figures.style import (
     Size,
     angle_axis,
     curve_style,
+    heading,
     in_look,
     line_style,
     plain,
@@ -493,7 +494,7 @@ def over_angle(
 
     From above: the angle error of every shaft behind a joint, its speed ratio, the bending moments
     before and behind each joint, and the bearings' forces across their shafts, with inertia
-    and weight.
+    and weight, in the units of most data of the line.
 
     Args:
         analysis: without variants.
@@ -507,17 +508,25 @@ def over_angle(
     if len(analysis.shape) != 1:
         raise ArgumentError("the analysis is of many designs, expected one of a single line")
     angle, forces = np.rad2deg(analysis.position), analysis.total
+    wording = Wording(units=analysis.units)
+    torque, force = (wording.measure(name).factor for name in ("torque", "force"))
+    before, behind = (
+        [f"{side} {name}" for name in analysis.joints] for side in ("before", "behind")
+    )
     panels: list[tuple[str, list[tuple[str, Array]]]] = [
         ("angle error [°]", _columns(analysis.shafts, np.rad2deg(analysis.angle_error), first=1)),
         ("speed ratio [–]", _columns(analysis.shafts, analysis.ratio, first=1)),
         (
-            "bending [N·m]",
+            f"bending{wording.unit('torque')}",
             [
-                *_columns([f"before {name}" for name in analysis.joints], forces.bending_in),
-                *_columns([f"behind {name}" for name in analysis.joints], forces.bending_out),
+                *_columns(before, torque * forces.bending_in),
+                *_columns(behind, torque * forces.bending_out),
             ],
         ),
-        ("bearing force [N]", _columns(analysis.bearings, forces.bearing_radial)),
+        (
+            f"bearing force{wording.unit('force')}",
+            _columns(analysis.bearings, force * forces.bearing_radial),
+        ),
     ]
     drawn = sheet(len(panels), size=(7.6, 9.6), share_x=True, ax=ax, figsize=figsize)
     for panel, (label, curves) in zip(drawn.panels, panels, strict=True):
@@ -604,7 +613,11 @@ def margins(
     axes.set_xlim(max(least, -_MOST_ROOM) - 22.0 * (least < 0.0), _MOST_ROOM + 22.0)
     axes.set_xlabel("room to the limit, as a part of it [%]; bars with // go on")
     axes.grid(visible=False, axis="y")
-    return drawn.finish(title or f"{verdict.line}: {verdict.summary}")
+    title = title or f"{plain(verdict.line)}: {verdict.summary}"
+    if drawn.is_new:  # Across the whole figure: its axes begin behind the names of the bars.
+        heading(drawn.figure, title)
+        title = ""
+    return drawn.finish(title)
 
 
 def _room(row: VerdictRow) -> float:

@@ -24,6 +24,36 @@ def test_every_shaft_joint_and_bearing_is_a_line() -> None:
     assert figure.get_suptitle() == "drive_line"
 
 
+def test_a_line_in_inches_is_drawn_in_pounds() -> None:
+    """250 lbf·ft are 338.95 N·m by NIST SP 811; the same analysis in SI has these as its curves."""
+    line = DriveLine.from_toml(
+        "torque_lbft = 250\n"
+        "[[shafts]]\nbearings = [{distance_in = 4}, {distance_in = 12}]\n"
+        "[[shafts]]\nlength_in = 36\nslope_side_deg = 5\nspline = {}\n"
+        "[[shafts]]\nslope_side_deg = 11\nbearings = [{distance_in = 4}, {distance_in = 12}]\n"
+    )
+    found = line.analyse(speed=0.0)
+    _, _, bending, bearings = found.plot().axes
+    assert bending.get_ylabel() == "bending [lbf·ft]"
+    assert bearings.get_ylabel() == "bearing force [lbf]"
+    pound = 4.4482216152605
+    of_joint = found.total.bending_in[:, 1] / (pound * 0.3048)
+    assert bending.lines[1].get_ydata() == pytest.approx(of_joint, rel=1e-12)
+    across = found.total.bearing_radial[:, 0] / pound
+    assert bearings.lines[0].get_ydata() == pytest.approx(across, rel=1e-12)
+    si = dataclasses.replace(found, units="si").plot().axes[3]
+    assert si.lines[0].get_ydata() == pytest.approx(found.total.bearing_radial[:, 0], rel=1e-12)
+    assert si.get_ylabel() == "bearing force [N]"
+
+
+def test_a_long_name_of_a_line_is_not_cut_off() -> None:
+    name = "Drive shaft of the second stand with its intermediate bearing, drawing 4711-0815 C"
+    line = DriveLine.from_toml("pto").replace(name=f"{name}, $ {name}")
+    figure = line.verdict().plot()
+    check_texts(figure)
+    assert figure.get_suptitle().replace("\n", " ").startswith(name)
+
+
 def test_many_designs_are_no_curve() -> None:
     designs = LINE.variants(angles=np.full((2, 3), 0.2))
     found = LINE.analyse(speed=0, torque=200, positions=[0, 1], variants=designs)
@@ -48,7 +78,7 @@ def test_margins_of_a_verdict_are_bars() -> None:
     assert [bool(bar.get_hatch()) for bar in axes.patches] == [width < 0.0 for width in widths]
     # The least margin stands on top.
     assert axes.get_ylim()[0] > axes.get_ylim()[1]
-    assert verdict.summary in axes.get_title().replace("\n", " ")
+    assert verdict.summary in axes.figure.get_suptitle().replace("\n", " ")
     check_texts(axes.figure)
 
 

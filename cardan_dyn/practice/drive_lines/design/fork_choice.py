@@ -18,7 +18,7 @@ import numpy as np
 
 from cardan_dyn.analytic import drive_line
 
-from ....kit.arrays import EPS, Array
+from ....kit.arrays import BLOCK_SIZE, EPS, Array
 from .fork_polygon import (
     Link,
     added,
@@ -31,8 +31,6 @@ from .fork_polygon import (
 )
 from .fork_search import Choice, minima
 
-_BLOCK = 4096
-"""Branches that are followed together: large enough for arrays, small enough to be cut early."""
 _SAME = 64.0 * EPS
 """Rounding of kappa of a line, relative to the sum of all kappa_k: ties are within it."""
 _MOST_CHOICES = 1_000_000
@@ -237,8 +235,8 @@ class StepSearch:
             order = np.argsort(bound, kind="stable")
             order = order[bound[order] <= self.values[-1] + self.tie]
             # The most promising block is popped first.
-            for begin in reversed(range(0, len(order), _BLOCK)):
-                part = order[begin : begin + _BLOCK]
+            for begin in reversed(range(0, len(order), BLOCK_SIZE)):
+                part = order[begin : begin + BLOCK_SIZE]
                 stack.append((depth, corner[part], turn[part], value[part], choices[part]))
         return not stack
 

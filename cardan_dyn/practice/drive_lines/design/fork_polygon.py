@@ -33,8 +33,6 @@ _SLACK = 8.0 * EPS
 _IN_LINE = 16.0 * _SLACK
 """Distance that sides in line may be longer or shorter than their sum by, relative to half of it:
 what rounding and slack make of it, of which the turn would have the root."""
-_SAME_TURN = 1e-7
-"""Turn up to which both senses are the same [rad]: its rounding is the root of that of a cosine."""
 _MOST_TURNS = 6
 """Corners at which both senses of turning are listed; 64 polygons of the same distances."""
 
@@ -202,7 +200,7 @@ def turning_senses(sides: Array, distances: Array) -> Array:
     for k in range(1, len(sides)):
         turn = _turn(float(distances[k]), float(sides[k]), float(distances[k + 1]))
         is_away = distances[k] > _SLACK * float(np.sum(sides))
-        both.append(is_away and _SAME_TURN < turn < np.pi - _SAME_TURN)
+        both.append(is_away and 0.0 < turn < np.pi)
     turning = [k for k, is_free in enumerate(both) if is_free][:_MOST_TURNS]
     senses = np.ones((2 ** len(turning), len(sides) - 1))
     senses[:, turning] = list(itertools.product((1.0, -1.0), repeat=len(turning)))

@@ -14,17 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import ROUNDED, Array
+from ....kit.arrays import BLOCK_SIZE, EPS, ROUNDED, Array
 
 _BUDGET = 30_000
 """Candidates of a grid: some tenths of a second for forces of a line of five joints."""
 _FINEST = 180
 """Most values of a free offset in a grid: 1°."""
-_BLOCK = 2048
-"""Candidates that are worked on together, so that memory stays small."""
 _STARTS = 8
-_POPULATION, _LEAST_POPULATION = 15, 5
-"""Candidates per free offset of differential evolution, and the least that it takes at all."""
+_POPULATION = 15
+"""Candidates per free offset of differential evolution."""
 _SAME = 0.02
 """Distance of offsets below which two minima are the same [rad]: squares are samples of curves, and
 their greatest has ripples of the distance of samples."""
@@ -34,8 +32,6 @@ round: others cannot become the greatest within a step."""
 _ROUNDS = 12
 _REACH = 0.2
 """Greatest change of a variable in a round, a fraction of what makes values rise and fall again."""
-_DIFFERENCE = 1e-6
-"""Step of central differences: values are accurate to some 1e-14."""
 
 
 class Choice(NamedTuple):
@@ -91,8 +87,8 @@ def minima(
 
 
 def _greatest(squares: Squares, candidates: Array) -> Array:
-    blocks = range(0, len(candidates), _BLOCK)
-    return np.concatenate([squares(candidates[i : i + _BLOCK]).max(axis=1) for i in blocks])
+    blocks = range(0, len(candidates), BLOCK_SIZE)
+    return np.concatenate([squares(candidates[i : i + BLOCK_SIZE]).max(axis=1) for i in blocks])
 
 
 def _evolved(rough: Squares, free: Array, start: Array, ordered: Array) -> Array:
@@ -108,7 +104,7 @@ def _evolved(rough: Squares, free: Array, start: Array, ordered: Array) -> Array
         return _greatest(rough, offsets)
 
     result = np.array(start)
-    if len(population) >= _LEAST_POPULATION:
+    if len(population) >= 5:  # Differential evolution takes no fewer.
         result[free] = differential_evolution(
             values,
             [(-np.pi, np.pi)] * int(free.sum()),
@@ -243,7 +239,8 @@ def _bounded(
         return np.asarray(x[-1] - values(x[None, :-1])[0, chosen] / scale)
 
     def slopes(x: Array) -> Array:
-        steps = _DIFFERENCE * np.eye(len(start))
+        # Of central differences the cubic root of rounding errs least.
+        steps = np.cbrt(EPS) * np.eye(len(start))
         ahead, behind = np.minimum(x[:-1] + steps, high), np.maximum(x[:-1] - steps, low)
         both = values(np.concatenate([ahead, behind]))[:, chosen] / scale
         rise = both[: len(start)] - both[len(start) :]

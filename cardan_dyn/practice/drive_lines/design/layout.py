@@ -18,6 +18,8 @@ from .fork_choice import Allowed, least_residual, phases_of, tooth_offsets
 from .fork_polygon import angle, distance, least_greatest
 from .fork_search import descended
 from .phasing import (
+    FINE,
+    ROUGH,
     ForkTask,
     Line,
     Phasing,
@@ -31,16 +33,12 @@ from .support_loads import SupportLoads, support_loads
 
 _OF_SHAFT = ("length", "slope_side", "slope_plan")
 _POINTS = tuple(f"{end}_{axis}" for end in ("start", "end") for axis in "xyz")
-_POSITIONS, _FINE = 36, 180
-"""Positions in half a turn at which forces are compared, in the search and after it."""
 _FORKS = 128
 """Fork positions that each layout is judged by while the search goes on."""
 _POPULATION, _GENERATIONS = 8, 30
 """Layouts per variable and generations of differential evolution: some hundreds per variable."""
 _ROUNDS = 3
 """Times that layout and forks descend together after the search, and forks are searched anew."""
-_AT_BOUND = 1e-6
-"""Distance from a bound, relative to its range, up to which a value stands at it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -136,7 +134,7 @@ def layout(
     gaps = np.minimum(found - bounds[:, 0], bounds[:, 1] - found) / np.ptp(bounds, axis=1)
     return Layout(
         values={name: float(value) for name, value in zip(places, found, strict=True)},
-        at_bounds=tuple(name for name, gap in zip(places, gaps, strict=True) if gap <= _AT_BOUND),
+        at_bounds=tuple(name for name, gap in zip(places, gaps, strict=True) if gap <= NOTHING),
         phasing=result,
         given=line,
         given_value=before.given_value,
@@ -249,7 +247,7 @@ def _residual(line: Line, places: Mapping[str, _Place], task: ForkTask) -> Value
 
 def _force(line: Line, places: Mapping[str, _Place], task: ForkTask, forks: Array) -> Value:
     """Return the greatest force per torque of layouts with the best of some forks `(c, n - 1)`."""
-    rotation = np.arange(_POSITIONS) * (np.pi / _POSITIONS)
+    rotation = np.arange(ROUGH) * (np.pi / ROUGH)
 
     def least(values: Array) -> float:
         try:
@@ -267,7 +265,7 @@ def _force(line: Line, places: Mapping[str, _Place], task: ForkTask, forks: Arra
 def _with_forks(line: Line, places: Mapping[str, _Place], bounds: Array, task: ForkTask) -> Line:
     """Return a line whose layout and free forks have descended together to the least force."""
     free = np.array([item is None for item in task.allowed])
-    rotation, span = np.arange(_FINE) * (np.pi / _FINE), np.ptp(bounds, axis=1)
+    rotation, span = np.arange(FINE) * (np.pi / FINE), np.ptp(bounds, axis=1)
     count, known = len(places), dict[bytes, tuple[SupportLoads, Array]]()
 
     def put(variables: Array) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from ....kit.arrays import Array
+from ....kit.arrays import ROUNDED, Array
 from ....kit.checks import described
 from ....kit.errors import ArgumentError, ModelError, choices
 from ....kit.extremes import greatest
@@ -24,12 +24,8 @@ from .support_loads import SupportLoads, support_loads
 Line = TypeVar("Line", bound=LineData)
 
 OBJECTIVES = ("residual_angle", "bearing_force")
-PROVEN = 1e-12
-"""By how much 1 - cos of a residual angle may exceed its bound and still be rounding: sums of a few
-numbers below 1, and ten times as much room."""
-_FINE, _ROUGH = 240, 36
+FINE, ROUGH = 240, 36
 """Positions in half a turn at which bearing forces are bounded, and at which a search starts."""
-_MOST_COUNT = 1000
 
 
 class Alternative(NamedTuple):
@@ -210,7 +206,7 @@ def fork_task(
         bearings=bearings,
         torque=_input_torque(line, torque) if is_force else 0.0,
         allowed=_allowed_offsets(line, teeth, fixed),
-        most=_whole(count, "count", 1, _MOST_COUNT),
+        most=_whole(count, "count", 1, 1000),
     )
 
 
@@ -309,7 +305,7 @@ def _least_residual(line: Line, task: ForkTask) -> Phasing[Line]:
     """Return the forks with the least greatest residual angle of shafts."""
     corners, allowed = task.corners, task.allowed
     betas, planes, given = line.uneven_angles, line.geometry.plane_offsets, line.fork_offsets
-    choice = least_residual(betas, planes, allowed, corners, given, task.most)
+    choice = least_residual(betas, planes, allowed, corners, given, task.most + 1)
 
     def values(phases: Array) -> Array:
         found = residual_angles(betas, phases)
@@ -320,7 +316,7 @@ def _least_residual(line: Line, task: ForkTask) -> Phasing[Line]:
     if choice.complete:
         # A choice in steps is its own bound; a closed form comes with one.
         bound = best if any(item is not None for item in allowed) else bound
-    proven = bool(np.cos(bound) - np.cos(best) <= PROVEN)
+    proven = bool(np.cos(bound) - np.cos(best) <= ROUNDED)
     return _phasing(line, task, choice, values, bound, proven)
 
 
@@ -338,7 +334,7 @@ def _least_force(line: Line, task: ForkTask) -> Phasing[Line]:
 
         return of
 
-    choice = minima(squares(_FINE), squares(_ROUGH), task.allowed, task.most, given)
+    choice = minima(squares(FINE), squares(ROUGH), task.allowed, task.most + 1, given)
     choice = choice._replace(offsets=halved(choice.offsets))
 
     def values(phases: Array) -> Array:
@@ -379,7 +375,7 @@ def peak(loads: SupportLoads, phases: Array) -> float:
         loads: of the bearings.
         phases: `(n,)` fork phases [rad].
     """
-    squares = loads.squares(phases, np.arange(_FINE) * (np.pi / _FINE))
+    squares = loads.squares(phases, np.arange(FINE) * (np.pi / FINE))
     return float(np.sqrt(greatest(squares)[0].max()))
 
 
@@ -392,7 +388,7 @@ def _phasing(
     offsets = np.vstack([choice.offsets, line.fork_offsets])
     found = np.append(values(phases_of(choice.offsets, line.geometry.plane_offsets)), given)
     merit = np.cos(found) if task.objective == "residual_angle" else -found
-    is_equal = merit.max() - merit <= PROVEN * np.abs(merit.max())
+    is_equal = merit.max() - merit <= ROUNDED * np.abs(merit.max())
     change = np.abs(halved(offsets - line.fork_offsets)).max(axis=1)
     order = np.lexsort((np.where(is_equal, change, found), ~is_equal))
     if not is_equal[-1]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ....kit.arrays import NOTHING
 from ....kit.errors import ModelError
 from ....kit.frozen import read_only
 from .fields import flag, implausible, part, parts, quantity, settle, text
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 _SHOWN = 6
 """Joints whose angles a text of a line shows."""
-_SUM_TOLERANCE = 1e-9
-"""By how much the shares of a duty cycle may miss 1: the one of `analytic.shaft_design`."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -59,7 +58,7 @@ class LineData:
                 f"shafts; give {count}, or none if nothing is to be said about them"
             )
         total = math.fsum(point.share for point in self.duty_cycle)
-        if self.duty_cycle and abs(total - 1.0) > _SUM_TOLERANCE:
+        if self.duty_cycle and abs(total - 1.0) > NOTHING:
             raise ModelError(
                 f"duty_cycle of a DriveLine: its shares have the sum {total:.12g}; it has to be 1"
             )

@@ -34,7 +34,8 @@ from ....kit.frozen import read_only
 from .parts import Shaft
 
 MEETING = 1e-6
-"""Greatest distance between points that are to be the same [m]: below what anything is made to."""
+"""Greatest distance between points that are to be the same [m], and of fork phases from where rules
+want them [rad]: below what anything is made to, and above what data are rounded to."""
 _STRAIGHT = 16.0 * EPS
 """Joint angles up to which a joint is straight [rad]: rounding of directions has no plane."""
 

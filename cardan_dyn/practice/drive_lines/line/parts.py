@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from ....kit.errors import ModelError
 from .fields import day, flag, part, parts, point, quantity, refuse, settle, text
 
-_QUARTER = math.pi / 2
-
 
 @dataclass(frozen=True, kw_only=True)
 class Tube:
@@ -193,7 +191,7 @@ class ShaftJoint:
     rated_torque: float | None = quantity("torque", None, above=0.0)
     capacity: float | None = quantity("number", None, above=0.0)
     torque_limit: float | None = quantity("torque", None, above=0.0)
-    largest_angle: float | None = quantity("angle", None, above=0.0, below=_QUARTER)
+    largest_angle: float | None = quantity("angle", None, above=0.0, below=math.pi / 2)
     largest_speed: float | None = quantity("speed", None, above=0.0)
     pulsating_limit: float | None = quantity("torque", None, above=0.0)
     reversing_limit: float | None = quantity("torque", None, above=0.0)
@@ -246,8 +244,8 @@ class Shaft:
 
     name: str = text()
     length: float | None = quantity("length", None, above=0.0)
-    slope_side: float | None = quantity("angle", None, above=-_QUARTER, below=_QUARTER)
-    slope_plan: float | None = quantity("angle", None, above=-_QUARTER, below=_QUARTER)
+    slope_side: float | None = quantity("angle", None, above=-math.pi / 2, below=math.pi / 2)
+    slope_plan: float | None = quantity("angle", None, above=-math.pi / 2, below=math.pi / 2)
     start: tuple[float, float, float] | None = point()
     end: tuple[float, float, float] | None = point()
     fork_offset: float = quantity("angle", 0.0)

@@ -167,7 +167,7 @@ class LinePlot(Plot):
 
         That is, from above: the angle error of every shaft behind a joint, its speed ratio, the
         bending moments before and behind each joint, and the bearings' forces across their shafts,
-        with inertia and weight.
+        with inertia and weight, in the units of most data of the line.
 
         Args:
             columns: see `Plot`.
@@ -224,6 +224,7 @@ class Analysis(Result, Record):
         loop_residual: worst closure error; see `Sweep`.
         balance_residual: worst imbalance of a body; see `Sweep`. NaN where nothing acts.
         power_residual: worst imbalance of power; see `Sweep`.
+        units: in which it is drawn, `si` or `imperial`: those of most data of the line.
     """
 
     name: str
@@ -246,6 +247,7 @@ class Analysis(Result, Record):
     loop_residual: float
     balance_residual: float
     power_residual: float
+    units: str = "si"
 
     def __post_init__(self) -> None:
         super().__post_init__()

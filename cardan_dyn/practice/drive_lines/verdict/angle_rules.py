@@ -16,13 +16,11 @@ from ....kit.arrays import ROUNDED, Array
 from ....kit.errors import choices
 from ....kit.extremes import greatest
 from ....kit.roots import zeros
-from ..line.geometry import residual_angles
+from ..line.geometry import MEETING, residual_angles
 from ..line.parts import ShaftJoint
 from .case import Case
 from .rows import Inverse, VerdictRow, judged, opened, stated, withheld
 
-SQUARE = 1e-6
-"""Distance of fork phases from multiples of 90° up to which signs + and - hold [rad]."""
 COARSE = 0.01
 """Relative error from which on a rule is said to be wrong."""
 PIECE = (
@@ -62,7 +60,7 @@ def signs_hold(case: Case) -> tuple[str, ...]:
     """Return that sums with signs do not hold, where forks are not at 0° or 90°."""
     phases = case.line.fork_phases[case.line.uneven_angles > 0.0]
     steps = np.diff(phases) / (np.pi / 2)
-    if np.all(np.abs(steps - np.round(steps)) * np.pi / 2 <= SQUARE):
+    if np.all(np.abs(steps - np.round(steps)) * np.pi / 2 <= MEETING):
         return ()
     return (
         "sums with signs hold for planar lines with forks at 0 or 90 degrees: this line is "
@@ -133,7 +131,7 @@ def _compensated_otherwise(case: Case) -> str:
     if line.count > 2 or crosses < 2:
         return "more joints than those of this shaft compensate each other; see residual angle"
     apart = float(line.fork_phases[1] - line.fork_phases[0])
-    if abs(np.cos(apart)) > SQUARE:
+    if abs(np.cos(apart)) > MEETING:
         return "the forks do not stand so that both joints compensate; see residual angle"
     return ""
 

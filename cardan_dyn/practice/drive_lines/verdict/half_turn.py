@@ -68,8 +68,8 @@ class HalfTurn(NamedTuple):
         """Return forces at all positions."""
         is_odd = np.flatnonzero(self.later % 2.0)
         found = {}
-        for (name, values), unit in zip(forces._asdict().items(), _TRAILING, strict=True):
-            every = self.same(values, unit)
+        for name, values in forces._asdict().items():
+            every = self.same(values, values.ndim - forces.drive_torque.ndim)
             if name in _TURNING and is_odd.size:
                 every[..., is_odd, :, 1:] *= -1.0
             found[name] = every
@@ -84,7 +84,3 @@ class HalfTurn(NamedTuple):
             self.same(motion.slip, 1),
             motion.mean_lead,
         )
-
-
-_TRAILING = (2, 2, 2, 2, 2, 2, 1, 0, 0)
-"""Axes of the fields of `LineForces` besides those of the samples."""

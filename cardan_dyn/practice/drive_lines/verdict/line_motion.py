@@ -17,12 +17,6 @@ from ....kit.arrays import Array
 from ..line.data import LineData
 from ..line.geometry import lead
 
-_FEWEST, _MOST = 32, 65536
-"""Positions over half a turn, in which leads repeat, whose mean is that over a turn: leads of joint
-angles up to 30° are there to rounding with the fewest, those of a line at 89° with the most."""
-_SETTLED = 1e-15
-"""Change of a mean lead, in which nothing but rounding is left [rad]."""
-
 
 class LineMotion(NamedTuple):
     """Motion of the shafts of a line.
@@ -108,7 +102,9 @@ def mean_leads(driving: Array, driven: Array, rotations: Array) -> Array:
 
     With γ the angle of the driving pin from the bending plane, sin β cos γ = sin b and
     sin β sin γ = sin a cos b, so that w = tan²(β/2) e^{2iγ} is known, and with it the lead at any
-    other rotation x of the shaft before the joint: -arg(1 - w e^{2i(x - x₀)}).
+    other rotation x of the shaft before the joint: -arg(1 - w e^{2i(x - x₀)}). Such a lead has no
+    mean, and joints in a row are one such joint, turned on by an angle, which is the mean: their
+    maps e^{2ix} -> (e^{2ix} - z) / (1 - conj(z) e^{2ix}) with z = conj(w) are composed.
 
     Args:
         driving: `(…, n)` turns a of the crosses about the driving pins [rad].
@@ -121,23 +117,11 @@ def mean_leads(driving: Array, driven: Array, rotations: Array) -> Array:
     cosine = np.cos(driving) * np.cos(driven)
     half = (np.sin(driven) + 1j * np.sin(driving) * np.cos(driven)) / (1.0 + cosine)
     at_zero = half**2 * np.exp(-2j * rotations[..., :-1])
-    count, before = _FEWEST, _means_of(at_zero, _FEWEST)
-    while count < _MOST:
-        count *= 2
-        found = _means_of(at_zero, count)
-        if np.max(np.abs(found - before), initial=0.0) <= _SETTLED:
-            break
-        before = found
-    return found
-
-
-def _means_of(at_zero: Array, count: int) -> Array:
-    """Return the mean leads over so many positions, from w of each joint at rotation zero."""
-    position = np.linspace(0.0, np.pi, count, endpoint=False)
-    ahead = np.zeros((*at_zero.shape[:-1], count))
-    means = [ahead.mean(axis=-1)]
+    means = [np.zeros(at_zero.shape[:-1])]
+    corner = np.zeros(at_zero.shape[:-1], dtype=complex)
     for k in range(at_zero.shape[-1]):
-        turned = at_zero[..., k, None] * np.exp(2j * (position + ahead))
-        ahead = ahead - np.angle(1.0 - turned)
-        means.append(ahead.mean(axis=-1))
+        step = np.conj(at_zero[..., k] * np.exp(2j * means[-1]))
+        scale = 1.0 - step * np.conj(corner)
+        means.append(means[-1] + np.angle(scale))
+        corner = (corner - step) / scale
     return np.stack(means, axis=-1)

@@ -12,10 +12,11 @@ import numpy as np
 from cardan_dyn.analytic import installation, shaft_design
 from cardan_dyn.analytic.limits import DIN_808_FACTORS, LIMITS, Limit
 
+from ....kit.arrays import NOTHING
 from ..line.parts import ShaftJoint
 from .angle_rules import COARSE
 from .case import Case, OperatingPoint
-from .rows import FAIL, ROUNDING, Inverse, VerdictRow, judged, opened, stated, withheld
+from .rows import FAIL, Inverse, VerdictRow, judged, opened, stated, withheld
 
 HOUR = 3600.0
 
@@ -95,7 +96,7 @@ def _fatigue(case: Case, joint: ShaftJoint, row: VerdictRow, back: float) -> Ver
     pulsating = _rating(joint, "pulsating_limit", "T_DSch")
     reversing = _rating(joint, "reversing_limit", "T_DW")
     steady = "shock torque, pulsating"
-    if back <= ROUNDING * most:
+    if back <= NOTHING * most:
         held = replace(row, quantity=steady)
         return case.of_forces(held, pulsating, "give pulsating_limit of the joint (T_DSch)")
     row = replace(

@@ -9,14 +9,11 @@ from typing import NamedTuple
 from cardan_dyn.analytic.limits import Limit
 from cardan_dyn.analytic.rules import RULES
 
+from ....kit.arrays import NOTHING
 from ....kit.quantities import amount
 from ..wording import BY_UNIT, Wording
 
 PASS, FAIL, OPEN, STATED = "pass", "fail", "open", "stated"
-
-ROUNDING = 1e-9
-"""Relative overrun of a limit that is still the limit itself, and part of a size that is nothing
-beside it: rounding, and that of sources."""
 
 
 class Inverse(NamedTuple):
@@ -153,7 +150,7 @@ def judged(row: VerdictRow, limit: Limit | None, missing: str) -> VerdictRow:
     margin = held.margin
     if margin is None or math.isnan(margin):
         return opened(held, "it has no value")
-    return replace(held, status=PASS if margin >= -ROUNDING else FAIL)
+    return replace(held, status=PASS if margin >= -NOTHING else FAIL)
 
 
 def opened(row: VerdictRow, reason: str) -> VerdictRow:

@@ -17,13 +17,10 @@ from ....kit.roots import zero
 from ..line.closed_chain import cross_inertia, shaft_bodies
 from ..line.data import LineData
 from ..line.geometry import centring_places
-from ..line.parts import Shaft
+from ..line.parts import Shaft, Tube
 from ..line.supports import Support, supports
 from .case import Case, OperatingPoint
 from .rows import FAIL, Inverse, VerdictRow, judged, opened, stated, withheld
-
-_STEEL = (2.1e11, 7850.0)
-"""Modulus and density of the makers' constants [Pa, kg/m³]."""
 
 
 def shaft_rules(case: Case) -> Iterator[VerdictRow]:
@@ -157,7 +154,7 @@ class _Beams:
                 [item._replace(stiffness=item.stiffness * scale) for _, item in bearings],
             )
 
-        self._modes, self.found = modes, modes(1.0)
+        self._tubes, self._modes, self.found = tubes, modes, modes(1.0)
         self.springs = {
             name: item.stiffness for name, item in bearings if np.isfinite(item.stiffness)
         }
@@ -172,14 +169,14 @@ class _Beams:
         It is one in which the shaft has a mean share of that energy at least.
         """
         found = []
-        for index, k in enumerate(self.shafts):
+        for index, (k, tube) in enumerate(zip(self.shafts, self._tubes, strict=True)):
             strain = self.found.strain
             part = strain[:, index] >= (1.0 - ROUNDED) * strain.mean(axis=1)
             at = np.argmax((strain.sum(axis=1) >= 0.5) & part)
             speed = self._exact if self.single else float(self.found.speeds[at])
-            tube, span = self.case.line.shafts[k].tube, _span(self.case, k)
-            both = _diameters(self.case.line.shafts[k])
-            material = _STEEL if tube is None else (tube.modulus, tube.density)
+            span = _span(self.case, k)
+            both = tube.outer_diameter, tube.inner_diameter
+            material = (tube.modulus, tube.density)
             by_rule = float(shaft_design.critical_speed(*both, span, *material))
             if constant := self.case.critical_constant:
                 maker = float(bending_speed.critical_speed_by_constant(*both, span, constant.value))
@@ -414,7 +411,7 @@ def _not_a_beam(case: Case, beams: _Beams, found: _Critical) -> tuple[str, ...]:
         )
     constant = case.critical_constant
     material = None if section is None else (section.modulus, section.density)
-    if constant is not None and material != _STEEL:
+    if constant is not None and material != (Tube.modulus, Tube.density):
         broken.append("steel: the tube is of another material than the maker's constant")
     return tuple(broken)
 

@@ -24,6 +24,7 @@ from ....kit.frozen import FrozenDict
 from ....kit.periodic import highest
 from ....scene.scene import Scene
 from ..line.data import LineData
+from ..line.files import units_of
 from ..line.geometry import Geometry, leftwards
 from ..line.supports import (
     Supports,
@@ -200,6 +201,7 @@ class LineSolver:
         loop, balance, power = np.max(residuals, axis=0).tolist()
         return Analysis(
             name=line.name,
+            units=units_of(line),
             shafts=line.shaft_names,
             joints=line.joint_names,
             bearings=tuple(seat.name for seat in setup.seats),
