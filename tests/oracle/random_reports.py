@@ -221,7 +221,7 @@ def ask(seed: int) -> tuple[list[str], list[str]]:
         item = found[key]
         counted += ["extremes", *["in doubt"] * (not item.settled)]
         if case.varies:
-            if item.settled or not report.doubts or "in doubt" not in repr(report):
+            if report.is_exact:
                 wrong.append(f"{key} is sure of what differs from sample to sample")
             continue
         ends = {

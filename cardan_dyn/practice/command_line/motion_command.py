@@ -344,8 +344,8 @@ def _print_extremes(swept: Sweep, places: Array, unit: str, said: str) -> None:
     if missing := int(np.any(unknown, axis=0).sum()):
         caption += f" Not known at {missing} of {len(places)} places, close to singular ones."
     show(headings, list(zip(*columns, strict=True)), caption=caption)
-    told = swept.near_singular(*swept.values()), swept.near_reach, *exceeded(swept)
-    for text in filter(None, told):
+    remarks = swept.near_singular(*swept.values()), swept.near_reach, *exceeded(swept)
+    for text in filter(None, remarks):
         say(f"{text[0].upper()}{text[1:]}.", "yellow")
     efforts = np.asarray(swept.drive_effort).reshape(len(places), -1)
     for index, name in enumerate(swept.drives):
