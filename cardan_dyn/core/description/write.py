@@ -85,13 +85,9 @@ def write(description: Description, path: str | os.PathLike[str]) -> Path:
 
 def _left_out(description: Description) -> list[str]:
     """Return what of a description a URDF does not say, in words."""
-    # Frames of loops, by the names that they are written with in MJCF, are part of these.
-    of_loops = {
-        f"{loop.name}_{end}" for loop in description.loops for end in ("predecessor", "successor")
-    }
     named = {
         "keyframe": description.keyframes,
-        "frame": [name for name in description.frames if name not in of_loops],
+        "frame": description.frames,
         "actuator": [item.name or item.joint for item in description.actuators],
     }
     gravity = ["gravity"] * description.states_gravity
