@@ -331,8 +331,13 @@ class TaskMotion(Frozen):
         mechanism, other = self.machine.problem.mechanism, self.follower.problem.mechanism
         columns = np.empty(mechanism.coordinates.size, dtype=int)
         for name in mechanism.joints:
-            span = other.coordinates.columns[name]
-            columns[mechanism.coordinates.columns[name]] = range(span.start, span.stop)
+            own, span = mechanism.coordinates.columns[name], other.coordinates.columns[name]
+            if own.stop - own.start != span.stop - span.start:
+                raise ArgumentError(
+                    f"joint {name!r} turns by several coordinates, and cannot be driven by them "
+                    f"beside actuated joints: give its motion as task=cd.PoseTask(LINK)"
+                )
+            columns[own] = range(span.start, span.stop)
         return consecutive(columns)
 
     def _driven(

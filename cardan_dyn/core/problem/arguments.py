@@ -393,7 +393,8 @@ def split_loads(
             if callable(value):
                 raise ArgumentError(
                     f"{label} is not an array of real numbers but a function: Scene.simulate takes "
-                    "such loads, or an Actuator among elements; a sweep takes a value for each position"
+                    "such loads, or an Actuator among elements; a sweep takes a value for each "
+                    "position"
                 )
             efforts[name] = numbers(label, value)
             if not efforts[name].size:
