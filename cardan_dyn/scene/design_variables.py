@@ -143,30 +143,40 @@ class DesignVariables:
         from scipy.optimize import nnls
 
         within = number("within", within, least=0.0)
-        x, count = np.asarray(result.x), 2 * len(self.names)
+        x = np.asarray(result.x)
         gradient = np.ravel(result.grad if "grad" in result else result.jac)
         rows: list[tuple[str, Array, float]] = []
         for name, unit, place in zip(self.names, np.eye(len(x)), x, strict=False):
             rows += [(f"{name} least", unit, place), (f"{name} greatest", -unit, 1.0 - place)]
+        own = len(rows)
         for index, item in enumerate(constraints):
             left, slopes = np.ravel(item["fun"](x)), np.atleast_2d(item["jac"](x))
             for k, (apart, slope) in enumerate(zip(left, slopes, strict=True)):
                 label = f"constraints[{index}][{k}]"
                 rows += [(label, slope, apart)]
                 rows += [(label, -slope, -apart)] * (item["type"] == "eq")
-        felt = gradient.astype(bool) | np.any([slope for _, slope, _ in rows[count:]], axis=0)
-        # SciPy wants one at least.
-        reached = [("", np.zeros(len(x)), 0.0)]
-        reached += [row for row in rows if row[2] <= within * np.linalg.norm(row[1])]
-        called, pushing, room = zip(*reached, strict=True)
-        multipliers, left_over = nnls(np.transpose(pushing), gradient)
-        limits = zip(called, multipliers.tolist(), strict=True)
+        felt = gradient.astype(bool) | np.any([slope for _, slope, _ in rows[own:]], axis=0)
+        sizes = np.array([np.linalg.norm(slope) for _, slope, _ in rows])
+        room = np.maximum([apart for *_, apart in rows], 0.0)
+        nearest = np.argsort(room / np.where(sizes > 0.0, sizes, np.inf), kind="stable")
+        order = [k for k in nearest.tolist() if room[k] <= within * sizes[k]]
+        pushing, called = np.array([slope for _, slope, _ in rows]), [name for name, *_ in rows]
+        # Limits push back from the nearest one on, as far away as it takes to push best.
+        best, limits = float(np.linalg.norm(gradient)), {}
+        for count in range(1, len(order) + 1):
+            taken = order[:count]
+            multipliers, left_over = nnls(pushing[taken].T, gradient)
+            # Along d, what was missed not growing:
+            # -gradient·d <= left over |d| + multipliers·room.
+            optimality = float(left_over + multipliers @ room[taken])
+            if optimality < best:
+                pairs = zip(taken, multipliers.tolist(), strict=True)
+                best, limits = optimality, {called[k]: value for k, value in pairs if value}
         return Optimum(
             values=self.values(x),
-            # Along d, what was missed not growing: -gradient·d <= left over |d| + multipliers·room.
-            optimality=float(left_over + multipliers @ np.maximum(room, 0.0)),
-            violation=max((-float(apart) for _, _, apart in rows[count:]), default=0.0),
-            limits=frozen({name: value for name, value in limits if value}),
+            optimality=best,
+            violation=max((-float(apart) for _, _, apart in rows[own:]), default=0.0),
+            limits=frozen(limits),
             idle=tuple(name for name, moves in zip(self.names, felt, strict=False) if not moves),
         )
 

@@ -45,8 +45,8 @@ def test_limits_and_other_elements_of_joints() -> None:
     assert warnings(more + '<safety_controller k_velocity="1"/>') == [
         "safety controllers of 3 joints (a, b, d) left out: no wrench considers them",
         "calibrations of 3 joints (a, b, d) left out: no wrench considers them",
-        "limits of 3 joints (a, b, d): they hold nothing back; results say where positions and "
-        "efforts lie beyond them",
+        "limits of 3 joints (a, b, d): they hold nothing back; results say where positions, "
+        "speeds and efforts lie beyond them",
     ]
 
 
