@@ -234,7 +234,7 @@ def test_ticks_of_great_numbers_fit_beside_the_graph(opened: Opener, tmp_path: P
 def test_what_statics_leaves_open_is_marked(four_bar: Page) -> None:
     text = four_bar.page.inner_text("#chosen")
     assert "Not unique: force z, moment xy, chosen by least norm" in text
-    assert "force *" in text and "torsion *" not in text
+    assert "force, shear" in text and "force *" not in text and "torsion *" not in text
     assert "that the parent exerts on the child" in text
     texts = [item["text"] for item in four_bar.evaluate("scene.labels()")]
     # The whole force is not known, but the force across the axis is.
