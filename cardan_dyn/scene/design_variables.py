@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.results.derivative import Derivative
 from ..core.results.sweep import Sweep
-from ..kit.arrays import Array
+from ..kit.arrays import NOTHING, Array
 from ..kit.checks import described, mapping, number, whole
 from ..kit.errors import (
     AccuracyError,
@@ -172,6 +172,8 @@ class DesignVariables:
             if optimality < best:
                 pairs = zip(taken, multipliers.tolist(), strict=True)
                 best, limits = optimality, {called[k]: value for k, value in pairs if value}
+            if left_over <= NOTHING * np.linalg.norm(gradient):  # Those farther off push no better.
+                break
         return Optimum(
             values=self.values(x),
             optimality=best,

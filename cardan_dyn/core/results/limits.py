@@ -21,26 +21,23 @@ _TURN = 2.0 * np.pi - 0.02
 
 
 def described_limits(mechanism: Mechanism, name: str) -> tuple[float, float]:
-    """Return the limits of a coordinate that the description means as such [rad or m]."""
+    """Return the limits of a coordinate that the description means as such [rad or m].
+
+    A slide may have one end alone, the other one is infinite then; an angle comes round to any.
+    """
     joint = mechanism.joints[mechanism.drivable[name].joint]
     if joint.type not in ("revolute", "prismatic"):
         return UNLIMITED
     model = mechanism.model
     column = model.idx_qs[joint.id]
     low, high = float(model.lowerPositionLimit[column]), float(model.upperPositionLimit[column])
-    most = _TURN if joint.type == "revolute" else _NO_LIMIT
-    return (low, high) if 0.0 < high - low < most else UNLIMITED
-
-
-def _on_one_side(mechanism: Mechanism, name: str) -> tuple[float, float]:
-    """Return the limits of a slide that has one end; an angle comes round to any."""
-    joint = mechanism.joints[mechanism.drivable[name].joint]
-    if joint.type != "prismatic":
-        return UNLIMITED
-    model, column = mechanism.model, mechanism.model.idx_qs[joint.id]
-    stated = float(model.lowerPositionLimit[column]), float(model.upperPositionLimit[column])
+    if joint.type == "revolute":
+        return (low, high) if 0.0 < high - low < _TURN else UNLIMITED
+    if 0.0 < high - low < _NO_LIMIT:
+        return low, high
     low, high = (
-        end if abs(end) < _NO_LIMIT else free for end, free in zip(stated, UNLIMITED, strict=True)
+        low if abs(low) < _NO_LIMIT else -np.inf,
+        high if abs(high) < _NO_LIMIT else np.inf,
     )
     return (low, high) if np.isinf([low, high]).any() else UNLIMITED
 
@@ -69,8 +66,6 @@ def _limited(sweep: Any) -> Iterator[tuple[str, Array, float, float, str]]:
     """Yield what has limits, its values `(...)`, least and greatest that are allowed, a unit."""
     for name, item in sweep.mechanism.drivable.items():
         low, high = described_limits(sweep.mechanism, name)
-        if (low, high) == UNLIMITED and item.slides:
-            low, high = _on_one_side(sweep.mechanism, name)
         if (low, high) == UNLIMITED:
             continue
         values = np.asarray(sweep.motion.position(name))
@@ -114,7 +109,10 @@ def efforts(sweep: Any) -> dict[str, Array]:
 
 
 def _at(sweep: Any, sample: int) -> str:
-    """Return where a sample is: the position of a single drive, or its number."""
+    """Return where a sample is: its time, the position of a single drive, or its number."""
+    if np.ndim(sweep.time):
+        time = np.ravel(np.broadcast_to(sweep.time, sweep.shape))[sample]
+        return f"t = {amount(float(time), 's')}"
     if len(sweep.coordinates) != 1:
         return f"sample {sample}"
     (name,) = sweep.coordinates

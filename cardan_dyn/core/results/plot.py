@@ -24,7 +24,7 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, choices
-from ...kit.quantities import amount
+from ...kit.quantities import amount, span
 from .case_line import case_line
 from .limits import effort_limits, efforts
 from .table import Table
@@ -324,11 +324,10 @@ class MotionPlot(Plot):
                 continue
             label, unit = name, turn.mechanism.drivable[name].effort_unit
             if name in limits:
-                ends = [amount(end, unit) for end in limits[name]]
+                least, most = limits[name]
+                is_same = least == -most
                 label += (
-                    f", limit {ends[1]}"
-                    if sum(limits[name]) == 0.0
-                    else (f", limits {ends[0]} … {ends[1]}")
+                    f", limit {amount(most, unit)}" if is_same else f", {span(least, most, unit)}"
                 )
             panel = found.setdefault(unit, Panel(f"effort of drives [{unit}]", unit, 0.0, {}, {}))
             panel.curves[label] = len(panel.curves), values

@@ -317,17 +317,28 @@ class Trajectory(MotionResult):
         ended = f", ended by: {self.reason}" if self.reason else ""
         if count := len(self._course.notes):
             ended += f"; {count} note{'s' * (count > 1)}"
-        try:
-            told = list(self.sweep.beware)
-            if places := self.time[self.singular].tolist():
-                told.append(f"singular at {len(places)} times, first at {places[0]:.6g} s")
-        except CardanError as error:
-            told = [f"wrenches are not known: {error}"]
-        ended += "".join(f"; {text}" for text in told)
+        ended += "".join(f"; {text}" for text in self._beware())
         return (
             f"<Trajectory of {self.mechanism.name!r}: {len(self)} times from {self.time[0]:g} to "
             f"{self.time[-1]:g} s by {self.method}{ended}>"
         )
+
+    def _beware(self) -> list[str]:
+        """Return in words what is close to singular, and where limits are exceeded.
+
+        A text takes no longer than the simulation: at more times than it has steps, nothing is told
+        until it was asked for.
+        """
+        if "_solved" not in self.__dict__ and len(self) > len(self._run.times):
+            return []
+        try:
+            told = list(self.sweep.beware)
+        except CardanError as error:
+            return [f"wrenches are not known: {error}"]
+        if times := self.time[self.singular].tolist():
+            first = f"singular at t = {times[0]:.6g} s"
+            told.append(f"{first}, and at {len(times) - 1} more times" if times[1:] else first)
+        return told
 
     def at(self, times: ArrayLike) -> Trajectory:
         """Return the same simulation at other times.

@@ -114,7 +114,7 @@ def test_what_is_read_first(name: str, tmp_path: Path) -> None:
             assert item.size >= max(rivals, default=0.0) * (1.0 - 1e-6) - ROUNDING * most
     told = {item.quantity for item in report.headline}
     for (owner, quantity), (size, is_unique) in arrays.items():
-        if is_unique and size > 1e-3 * most and quantity in ("shear", "bending"):
+        if is_unique and size > 5e-4 * most and quantity in ("shear", "bending"):
             assert quantity in told, (owner, quantity)
     stars, owner = set(), ""
     text = str(report)
