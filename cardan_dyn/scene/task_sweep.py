@@ -275,25 +275,48 @@ class TaskSweep(Sweep):
 
     @cached_property
     def near_reach(self) -> str:
-        """In words where the task is so close to the end of its reach that joints turn back there.
+        """In words where the task ends its reach, or passes a singular configuration on its way.
 
-        Another motion with the same task may go through, into another assembly mode; sweeps do not.
+        At the end, joints turn back: another motion with the same task may go through, into another
+        assembly mode; sweeps do not. Between two samples on different sides of configurations where
+        the actuated joints lose hold, any way goes through one.
         """
-        condition = np.ravel(self.task_condition)
+        condition, texts = np.ravel(self.task_condition), []
         worst = int(np.argmax(condition))
-        if not EPS * condition[worst] > EPS**0.5:  # Half of the digits of rates are left then.
-            return ""
+        if EPS * condition[worst] > EPS**0.5:  # Half of the digits of rates are left then.
+            texts.append(
+                f"the task is at the end of its reach at {self._at(worst)}: joints stay in their "
+                f"assembly mode and turn back there, with rates uncertain by {condition[worst]:.0e}"
+                " roundings; other rows of the task may lead through"
+            )
+        if self._crossed.size:
+            first = int(self._crossed[0])
+            texts.append(
+                f"between {self._at(first)} and {self._at(first + 1)} the task passes a singular "
+                "configuration of the second kind: actuated joints lose hold of it on the way, "
+                "where forces grow without limit"
+            )
+        return "; ".join(texts)
+
+    @property
+    def _crossed(self) -> Array:
+        """Samples behind which singular configurations of the machine lie, before the next one."""
+        if len(self.shape) != 1 or len(self.actuated_unique) > len(self.drives):
+            return np.zeros(0, dtype=int)  # Without an order, or others hold what is lost there.
+        kinematics = self._solver.assembly.kinematics
+        x = self.motion.rows
+        before = kinematics.evaluate(x[:-1])
+        same = kinematics.same_side(kinematics.evaluate(x[1:]), before.inverses)
+        return np.flatnonzero(~same)
+
+    def _at(self, sample: int) -> str:
+        """Return which sample it is and where the task is there."""
         rows = spread(self._given.position, (*self.shape, len(self.rows)))
-        rows = rows.reshape(-1, len(self.rows))[worst if len(condition) > 1 else 0]
         at = ", ".join(
             f"{name} = {value:.4g} {unit_of_row(self.mechanism, name)}"
-            for name, value in zip(self.rows, rows, strict=True)
+            for name, value in zip(self.rows, rows.reshape(-1, len(self.rows))[sample], strict=True)
         )
-        return (
-            f"the task is at the end of its reach at sample {worst} ({at}): joints stay in their "
-            f"assembly mode and turn back there, with rates uncertain by {condition[worst]:.0e} "
-            "roundings; other rows of the task may lead through"
-        )
+        return f"sample {sample} ({at})"
 
     @cached_property
     def task_residual(self) -> float:

@@ -114,6 +114,24 @@ def test_where_a_path_touches_the_end_of_reach_is_told() -> None:
     assert not scene.sweep([[0.0, 0.3], [0.0, end - 1e-4]]).near_reach
 
 
+def test_a_path_through_a_singular_configuration_between_samples_is_told() -> None:
+    """The efforts change their sign where the distal links are in line, and no sample is there."""
+    scene, level = five_bar(0.0, 0.0), np.sqrt(0.2**2 - 0.15**2)
+    heights = level + np.array([0.05, 0.02, 0.01, -0.01, -0.02])
+    through = scene.sweep([[0.0, height] for height in heights])
+    assert list(np.sign(through.drive_effort[:, 1])) == [1, 1, 1, -1, -1]
+    assert through.near_reach.startswith(
+        f"between sample 2 (load.x = 0 m, load.y = {heights[2]:.4g}"
+    )
+    assert "passes a singular configuration of the second kind" in through.near_reach
+    assert through.near_reach in repr(through)
+    assert any("second kind" in doubt for doubt in cd.Report(through).doubts)
+    for side in (slice(0, 3), slice(3, None)):
+        assert not scene.sweep([[0.0, height] for height in heights[side]]).near_reach
+    copied = pickle.loads(pickle.dumps(through))
+    assert copied.near_reach == through.near_reach
+
+
 def test_working_modes() -> None:
     ways = []
     for first, second in (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0):
