@@ -302,7 +302,8 @@ def choices(
 ) -> str:
     """Return valid names, sorted and with commas between them, for the end of a message.
 
-    Turns about axes are behind positions along them, as in rows of a pose.
+    Joints come before coordinates of joints, such as `ball.x`, which are seldom meant, and
+    turns about axes behind positions along them, as in rows of a pose.
 
     Args:
         names: all of them.
@@ -312,7 +313,7 @@ def choices(
     """
     listed = list(dict.fromkeys(names))
     if not ranked:
-        listed.sort(key=lambda name: name.replace(".turn_", ".~"))
+        listed.sort(key=lambda name: ("." in name, name.replace(".turn_", ".~")))
     if not listed:
         return "none"
     similar: list[str] = []
