@@ -299,7 +299,7 @@ def _numbers(
             )
         values += [0.0 if -_LEAST < value < _LEAST else value]
     if len(values) != count:
-        raise ModelError(f"{at}: {text!r} is not {count} finite number(s)")
+        raise ModelError(f"{at}: {text!r} is not {count} finite number{'s' * (count != 1)}")
     return values
 
 

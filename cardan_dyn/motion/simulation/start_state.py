@@ -77,7 +77,7 @@ def _given(solver: ProblemSolver, label: str, value: Any) -> dict[str, float]:
         for names in ways:
             if values.shape == (len(names),):
                 return dict(zip(names, values.tolist(), strict=True))
-        expected = " or ".join(f"{len(names)} number(s), for {', '.join(names)}" for names in ways)
+        expected = " or ".join(f"{len(names)} ({', '.join(names)})" for names in ways)
         raise ArgumentError(
             f"{label} has shape {values.shape}, expected {expected}, or a mapping of joint names"
         )

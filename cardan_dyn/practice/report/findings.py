@@ -362,7 +362,7 @@ class Findings(Result, Frozen):
             (shown, opposite), unit = column([most, other], item.unit)
             between = f"{shown:>10} {unit}"
             if len(first):
-                between += f" at {self.at(first[:2])}; {opposite} at {self.at(last[:2])}"
+                between += f" at {self.at(first[:2])}; {opposite} {unit} at {self.at(last[:2])}"
             lines.append(f"{mark}{item.quantity.ljust(width)} {between}")
         if self.has_places:
             lines.append("The page, and `places`, tell the positions of all drives at each place.")
@@ -467,11 +467,16 @@ def ways(sweep: Sweep) -> list[Way]:
     if isinstance(sweep, TaskSweep):
         task = sweep.task_position, sweep.task_speed, sweep.task_acceleration
         kinds.append(("task", sweep.rows, *task))
-    found = []
+    found, length = [], sweep.mechanism.characteristic_length
     for kind, names, *courses in kinds:
-        every = (np.reshape(values, (len(sweep), -1)).T for values in courses)
-        for name, *of in zip(names, *every, strict=True):
-            found.append(Way(kind, name, unit_of_row(sweep.mechanism, name), *of))
+        units = [unit_of_row(sweep.mechanism, name) for name in names]
+        sizes, every = np.array([length if unit == "m" else 1.0 for unit in units]), []
+        for values, least in zip(courses, (1.0, 0.0, 0.0), strict=True):
+            own = np.reshape(values, (len(sweep), -1))
+            # Beside the mechanism, or beside the fastest, the rounding of nothing is nothing.
+            floor = NOTHING * sizes * max(np.abs(own / sizes).max(initial=0.0), least)
+            every.append(np.where(np.abs(own) <= floor, 0.0, own).T)
+        found += [Way(kind, *of) for of in zip(names, units, *every, strict=True)]
     return found
 
 

@@ -85,7 +85,7 @@ def write(cases: Cases, path: Path, with_scene: bool) -> Path:
         ],
         mobility=_mobility(found),
         mobility_remarks=list(remarks_of(found)),
-        mobility_grids=[*mobility_grids(found), *_drives(found)],
+        mobility_grids=[*mobility_grids(found), *_drives(cases)],
         described=described(mechanism),
         left_out=mechanism.warnings,
         versions=[
@@ -186,9 +186,12 @@ def _case_parts(report: Findings, label: str, is_drawn: bool, with_scene: bool) 
 
 def _case(sweep: Sweep) -> Iterator[tuple[str, str]]:
     """Yield names and values of what moves and what acts."""
-    for one in ways(sweep):
-        told = [one.span]
-        told.append(speed_text(one.speed, one.slides) if np.any(one.speed) else "quasi-static")
+    every = ways(sweep)
+    is_static = not any(np.any(one.speed) or np.any(one.acceleration) for one in every)
+    for one in every:
+        told = [one.span, *["quasi-static"] * is_static]
+        if np.any(one.speed):
+            told.append(speed_text(one.speed, one.slides))
         if np.any(one.acceleration):
             told.append(f"acceleration {between(one.acceleration, f'{one.unit}/s²')}")
         yield f"{one.kind} {one.name}", ", ".join(told)
@@ -237,16 +240,19 @@ def _mobility(found: MechanismReport) -> list[tuple[str, str]]:
     ]
 
 
-def _drives(found: MechanismReport) -> Iterator[Grid]:
-    """Yield how the mechanism can be driven, and over which range."""
+def _drives(cases: Cases) -> Iterator[Grid]:
+    """Yield how the mechanism can be driven, over which range, and what drives it in the cases."""
+    driven = {name for report in cases.reports for name in report.drives}
     try:
-        drives = found.drives
+        drives = cases.reports[0].description.drives
     except CardanError:
         return
     rows = []
     for item in drives.ranked:
         role = "default" if item.name in drives.default else ""
-        if item.name in drives.held:
+        if item.name in driven:
+            role = role or "driven"
+        elif item.name in drives.held:
             role = f"held at {place(drives.held[item.name], item.slides)}"
         elif not role and item.determines and item.instead_of:
             role = f"instead of {', '.join(item.instead_of[:3])}"

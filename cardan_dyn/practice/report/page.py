@@ -21,6 +21,8 @@ from ...kit.errors import MissingExtraError
 
 _BREAKS = re.compile(r"(?<=_)(?=.)|(?<=[a-z][.:])(?=[A-Za-z])|(?<=[a-z])(?=[A-Z][a-z])")
 """Between the words of a name."""
+_MINUS = re.compile(r"(?<![\w)-])-(?=\.?\d)")
+"""The hyphen of a negative number."""
 FRAMES = 181
 """Positions of a moving scene, and of curves at least."""
 BESIDE = 6
@@ -119,7 +121,11 @@ def css_text(text: str) -> Any:
 
 
 def soft(text: object) -> Any:
-    """Return a text whose names, as joints and links have them, may break between their words."""
+    """Return a text whose names, as joints and links have them, may break between their words.
+
+    Its negative numbers have minus signs, as those of figures do.
+    """
     from markupsafe import Markup, escape
 
-    return Markup("<wbr>").join(escape(part) for part in _BREAKS.split(str(text)))
+    shown = _MINUS.sub("−", str(text))
+    return Markup("<wbr>").join(escape(part) for part in _BREAKS.split(shown))

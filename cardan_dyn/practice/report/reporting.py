@@ -49,6 +49,11 @@ class _Filed(Result):
         """
         with_scene = flag("scene", scene)
         target = file_path("path", path)
+        if target.suffix == ".pdf":
+            raise ArgumentError(
+                f"a report is written as HTML: save {target.with_suffix('.html')}, open it in a "
+                "browser and print that into a PDF file"
+            )
         if target.suffix != ".html":
             return super().save(target)
         from .mechanism_page import write  # Imported here: it draws.

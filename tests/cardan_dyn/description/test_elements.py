@@ -39,7 +39,7 @@ def test_numbers_have_a_default() -> None:
     "text", ["", "1", "1 2 3", "1_0 2", "\u0661 2", "1,2", "nan 1", "inf 1", "0x1 2", "1. e2"]
 )
 def test_what_is_no_pair_of_numbers(text: str) -> None:
-    with pytest.raises(cd.ModelError, match=r"axis: .* is not 2 finite number\(s\)"):
+    with pytest.raises(cd.ModelError, match=r"axis: .* is not 2 finite numbers"):
         elements.numbers(text, 2, "0 0", "axis")
 
 

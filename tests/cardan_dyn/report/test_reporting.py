@@ -583,7 +583,7 @@ def test_limits_that_are_exceeded_are_told(tmp_path: Path) -> None:
     text = beyond.save(tmp_path / "page.html", scene=False).read_text("utf-8")
     first, _, rest = text.partition("<section>")
     assert told in first and told not in rest
-    assert "limits -28.65° … 28.65°; efforts -15 … 15 N·m" in rest
+    assert "limits −28.65° … 28.65°; efforts −15 … 15 N·m" in rest
     # Elements are told with their units.
     assert "stiffness 2.5 kN·m/rad; damping 0.125 N·m·s/rad; rest 0.1 rad" in rest
 

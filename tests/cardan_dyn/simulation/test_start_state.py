@@ -91,7 +91,7 @@ def test_prescribed_motion_is_not_contradicted(two: cd.Scene, given: object) -> 
         (np.nan, "not finite"),
         ("x", "not an array of real numbers"),
         ([[1.0], [1.0, 2.0]], "not an array of real numbers"),
-        ([1.0, 2.0], r"has shape \(2,\), expected 1 number\(s\), for a"),
+        ([1.0, 2.0], r"has shape \(2,\), expected 1 \(a\)"),
         ({"a": np.inf}, r"\['a'\] is not finite"),
         ({"a": [1.0, 2.0]}, "expected a number"),
     ],
