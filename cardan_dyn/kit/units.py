@@ -51,8 +51,8 @@ class Unit(NamedTuple):
 
 
 _TURN_PER_MINUTE = 2.0 * math.pi / 60.0
-INCH, FOOT, POUND, POUND_FORCE = 0.0254, 0.3048, 0.45359237, 4.4482216152605
-"""Units of the USA in SI units, exact by definition."""
+INCH, FOOT, POUND, POUND_FORCE, HOUR = 0.0254, 0.3048, 0.45359237, 4.4482216152605, 3600.0
+"""Units of the USA, and the hour, in SI units, exact by definition."""
 
 DIMENSIONS: dict[str, tuple[Unit, ...]] = {
     "length": (
@@ -140,7 +140,7 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
         Unit("mm_s2", 1.0, 1e3, ("mm/s²",)),
     ),
     "time": (
-        Unit("h", 3600.0, 1.0, ("h",)),
+        Unit("h", HOUR, 1.0, ("h",)),
         Unit("s", 1.0, 1.0, ("s",)),
     ),
     "number": (),

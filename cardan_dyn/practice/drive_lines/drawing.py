@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ...figures.style import (
+    LETTER,
     Axes,
     Figure,
     Into,
@@ -43,16 +44,13 @@ _STUB = 0.12
 _ROOM = 0.04
 """Room around the line, relative to its length."""
 SMALL = 8
-_LETTER = 0.6
-"""Width of a letter, relative to the size of the font; those of browsers are no wider."""
+"""Font size, and the gap between labels and between them and the line [pt]."""
 LINE_PITCH = 1.25
 """Distance of lines of text, relative to the size of the font."""
 _LONGEST_NAME = 18
 """Letters of a name in one line."""
 _MARKER = 7.0
 """Size of a bearing [pt]."""
-_GAP = 8.0
-"""Between labels, and between them and the line [pt]."""
 
 
 @in_look
@@ -101,7 +99,7 @@ def arrangement(
         below = _rows(_shaft_labels(line, points, axis, wording), xlim, scale)
         views.append((axis, above, below))
     heights = [
-        (high[axis] - low[axis]) / scale + (_height(above) + _height(below) + 4 * _GAP) / 72.0
+        (high[axis] - low[axis]) / scale + (_height(above) + _height(below) + 4 * SMALL) / 72.0
         for axis, above, below in views
     ]
     size = (WIDTH, sum(heights) + 1.2)
@@ -114,13 +112,13 @@ def arrangement(
         name, side = ("side view", "up") if axis == 2 else ("plan view", "left")
         panel.set_ylabel(f"{wording(name)}\n{wording(side)}{length}")
         panel.set_xlim(*xlim)
-        half = (high[axis] - low[axis]) / 2.0 + scale * _GAP / 72.0
+        half = (high[axis] - low[axis]) / 2.0 + scale * SMALL / 72.0
         tops = middle[axis] + half, middle[axis] - half
         _write(panel, above, tops[0], scale, 1.0)
         _write(panel, below, tops[1], scale, -1.0)
         panel.set_ylim(
-            tops[1] - scale * (_height(below) + _GAP) / 72.0,
-            tops[0] + scale * (_height(above) + _GAP) / 72.0,
+            tops[1] - scale * (_height(below) + SMALL) / 72.0,
+            tops[0] + scale * (_height(above) + SMALL) / 72.0,
         )
         panel.set_aspect("equal")
         panel.xaxis.set_major_formatter(_ticks(wording))
@@ -193,7 +191,7 @@ def _rows(labels: list[_Label], xlim: tuple[float, float], scale: float) -> list
     ends: list[float] = []
     for label in labels:
         longest = max(map(len, label.text.split("\n")))
-        half = scale * _LETTER * SMALL * longest / 2.0 / 72.0
+        half = scale * LETTER * SMALL * longest / 2.0 / 72.0
         at = min(max(label.at, xlim[0] + half), max(xlim[1] - half, xlim[0] + half))
         free = (row for row, end in enumerate(ends) if at - half > end)
         row = next(free, len(rows))
@@ -201,14 +199,14 @@ def _rows(labels: list[_Label], xlim: tuple[float, float], scale: float) -> list
             rows.append([])
             ends.append(0.0)
         rows[row].append(label._replace(at=at))
-        ends[row] = at + half + scale * _GAP / 72.0
+        ends[row] = at + half + scale * SMALL / 72.0
     return rows
 
 
 def _height(rows: list[list[_Label]]) -> float:
     """Return the height of rows of labels [pt]."""
     lines = (max(label.text.count("\n") + 1 for label in row) for row in rows)
-    return sum(SMALL * LINE_PITCH * count + _GAP for count in lines)
+    return sum(SMALL * LINE_PITCH * count + SMALL for count in lines)
 
 
 def _write(panel: Axes, rows: list[list[_Label]], start: float, scale: float, way: float) -> None:
@@ -628,9 +626,6 @@ def _room(row: VerdictRow) -> float:
     return margin
 
 
-_RING_STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
-"""Distances of the rings [°]."""
-_MOST_RINGS = 5
 _DIAGRAM_ROOM = 1.18
 """Half the width of the diagram in lengths of the longer line, so that labels have room."""
 _ARC = 0.55
@@ -698,9 +693,11 @@ def bending_planes(
 
 def _rings(axes: Axes, size: float) -> None:
     """Draw rings of equal joint angle, and both axes."""
-    step = next((s for s in _RING_STEPS if size / s <= _MOST_RINGS), _RING_STEPS[-1])
+    from matplotlib.ticker import MaxNLocator
+
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
-    for radius in np.arange(step, size, step):
+    radii = np.asarray(MaxNLocator(5, steps=[1, 2, 5, 10]).tick_values(0.0, size))
+    for radius in radii[(radii > 0.0) & (radii < size)]:
         axes.plot(radius * np.cos(turn), radius * np.sin(turn), color="0.85", linewidth=0.8)
     axes.axhline(0.0, color="0.3", linewidth=0.9)
     axes.axvline(0.0, color="0.3", linewidth=0.9)

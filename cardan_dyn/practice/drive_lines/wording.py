@@ -20,7 +20,7 @@ from ...kit.arrays import NOTHING
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, choices
 from ...kit.quantities import prefix
-from ...kit.units import FOOT, INCH, POUND, POUND_FORCE
+from ...kit.units import FOOT, HOUR, INCH, POUND, POUND_FORCE
 
 LANGUAGES = ("en", "de")
 UNITS = ("si", "imperial")
@@ -35,10 +35,8 @@ SPACE = "\N{NO-BREAK SPACE}"
 MINUS = "\N{MINUS SIGN}"
 _SOFT_HYPHEN = "\N{SOFT HYPHEN}"
 NONE = "\N{EN DASH}"
-_LONGEST = 7
-"""Digits before the decimal sign beyond which a number is written with a power of ten."""
-_LEAST_EXPONENT = -4
-"""Power of ten of the smallest numbers that are written without one."""
+_UNSCALED = range(-4, 7)
+"""Powers of ten of the numbers that are written without one."""
 
 
 class Measure(NamedTuple):
@@ -70,7 +68,7 @@ _SI: dict[str, Measure] = {
     "force": Measure("N", 1.0),
     "rigidity": Measure("N/mm", 1e-3),
     "n_beta": Measure("°/min", 5400.0 / math.pi**2),
-    "time": Measure("h", 1.0 / 3600.0),
+    "time": Measure("h", 1.0 / HOUR),
     "power": Measure("kW", 1e-3),
     "unbalance": Measure("g·mm", 1e6),
     "frequency": Measure("Hz", 1.0),
@@ -121,7 +119,7 @@ _IN_SENTENCES: dict[str, tuple[str, float]] = {
     "m": ("length", 1.0),
     "W": ("power", 1.0),
     "Hz": ("frequency", 1.0),
-    "h": ("time", 3600.0),
+    "h": ("time", HOUR),
     "%": ("share", 1e-2),
     "°": ("angle", math.pi / 180.0),
 }
@@ -247,7 +245,7 @@ class Wording:
             return "0"
         mantissa, _, power = f"{abs(value):.{digits - 1}e}".partition("e")
         exponent = int(power)
-        if _LEAST_EXPONENT <= exponent < _LONGEST:
+        if exponent in _UNSCALED:
             rounded = float(f"{mantissa}e{power}")
             shown = self._grouped(f"{rounded:.{max(digits - 1 - exponent, 0)}f}")
         else:

@@ -18,7 +18,7 @@ import numpy as np
 
 from cardan_dyn.analytic import drive_line
 
-from ....kit.arrays import BLOCK_SIZE, EPS, Array
+from ....kit.arrays import BLOCK_SIZE, EPS, ROUNDED, Array
 from .fork_polygon import (
     Link,
     added,
@@ -31,8 +31,6 @@ from .fork_polygon import (
 )
 from .fork_search import Choice, minima
 
-_SAME = 64.0 * EPS
-"""Rounding of kappa of a line, relative to the sum of all kappa_k: ties are within it."""
 _MOST_CHOICES = 1_000_000
 """Choices of steps between free forks that are all looked at."""
 _BUDGET = 20_000_000
@@ -210,7 +208,8 @@ class StepSearch:
         self.turns = [np.exp(-2j * np.asarray(phases)) for phases in steps]
         self.corners = sorted(set(corners))
         self.count = count
-        self.tie = _SAME * float(np.sum(self.kappas))
+        # What is within rounding of the sum is a tie.
+        self.tie = ROUNDED * float(np.sum(self.kappas))
         self.values = np.full(count, np.inf)
         self.choices = np.zeros((count, len(steps)), dtype=np.int64)
         self.visited = 0

@@ -55,8 +55,7 @@ _RANGE = {"revolute": 3.15, "prismatic": 1.0}
 """Limits that URDF asks for [rad, m]; scenes do not regard them."""
 _SLENDERNESS = 12.0
 """Length of a shaft over its diameter where no tube says its diameter."""
-_ALONG_X = f"0 {math.pi / 2!r} 0"
-_ALONG_Y = f"{math.pi / 2!r} 0 0"
+_ALONG = {"x": f"0 {math.pi / 2!r} 0", "y": f"{math.pi / 2!r} 0 0", "z": "0 0 0"}
 
 
 def urdf(line: LineData) -> str:
@@ -513,7 +512,7 @@ def shaft_visuals(line: LineData, index: int) -> list[ElementTree.Element]:
     middle = (front + rear) / 2.0
     tube = line.shafts[index].tube
     radius = (tube.outer_diameter if tube else _diameter(line)) / 2.0
-    tube_shape = _cylinder(f"tube_{index}", middle, _ALONG_X, radius, rear - front)
+    tube_shape = _cylinder(f"tube_{index}", middle, "x", radius, rear - front)
     fork = fork_visuals(line, 1, -gap) if index == 0 else fork_visuals(line, index, gap)
     return [tube_shape, *fork]
 
@@ -543,7 +542,7 @@ def fork_visuals(line: LineData, number: int, base: float) -> list[ElementTree.E
         sizes = (length, 2.0 * eye, thick) if base > 0.0 else (length, thick, 2.0 * eye)
         place = (middle, 0.0, across) if base > 0.0 else (middle, across, 0.0)
         ears.append(_box(f"{name}_{'left' if side > 0.0 else 'right'}", place, sizes))
-    flange = _cylinder(f"{name}_base", base, _ALONG_X, 0.52 * span, thick)
+    flange = _cylinder(f"{name}_base", base, "x", 0.52 * span, thick)
     return [*ears, flange]
 
 
@@ -551,8 +550,8 @@ def cross_visuals(line: LineData, number: int) -> list[ElementTree.Element]:
     """Return the shape of a cross: a cylinder for each pin."""
     span = _span(line, number)
     return [
-        _cylinder(f"pin_{number}_{end}", 0.0, turn, 0.12 * span, span)
-        for end, turn in (("in", _ALONG_Y), ("out", "0 0 0"))
+        _cylinder(f"pin_{number}_{end}", 0.0, axis, 0.12 * span, span)
+        for end, axis in (("in", "y"), ("out", "z"))
     ]
 
 
@@ -577,9 +576,9 @@ def _diameter(line: LineData) -> float:
     return max(diameters, default=min(lengths, default=1.0) / _SLENDERNESS)
 
 
-def _cylinder(name: str, x: float, turn: str, radius: float, length: float) -> ElementTree.Element:
+def _cylinder(name: str, x: float, axis: str, radius: float, length: float) -> ElementTree.Element:
     visual = ElementTree.Element("visual", name=name)
-    ElementTree.SubElement(visual, "origin", xyz=f"{x!r} 0 0", rpy=turn)
+    ElementTree.SubElement(visual, "origin", xyz=f"{x!r} 0 0", rpy=_ALONG[axis])
     geometry = ElementTree.SubElement(visual, "geometry")
     ElementTree.SubElement(
         geometry, "cylinder", radius=repr(float(radius)), length=repr(float(length))

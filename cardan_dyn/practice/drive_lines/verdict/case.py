@@ -56,8 +56,6 @@ KNOWN: Mapping[str, Limit] = MappingProxyType(
 )
 """What `limits` may give: also a maker's constant of bending speeds, and the greatest share of the
 speed at which rigid shafts bounce on soft bearings, of which no source tells a limit."""
-FREE_FALL = 9.81
-"""Acceleration of free fall [m/s²]."""
 POSITIVE = frozenset(
     {"mean_life_factor", "balance_grade_maker", "critical_constant", "bounce_share"}
 )
@@ -220,7 +218,7 @@ class Case:
     def causes(self) -> Causes | None:
         """What forces are made of; None if they cannot be solved."""
         try:
-            return self._solver().causes(np.array([0.0, 0.0, -FREE_FALL]))
+            return self._solver().causes(np.array([0.0, 0.0, -9.81]))
         except CardanError as error:
             self._reason = str(error)
             return None

@@ -13,12 +13,11 @@ from cardan_dyn.analytic import installation, shaft_design
 from cardan_dyn.analytic.limits import DIN_808_FACTORS, LIMITS, Limit
 
 from ....kit.arrays import NOTHING
+from ....kit.units import HOUR
 from ..line.parts import ShaftJoint
 from .angle_rules import COARSE
 from .case import Case, OperatingPoint
 from .rows import FAIL, Inverse, VerdictRow, judged, opened, stated, withheld
-
-HOUR = 3600.0
 
 
 def rating_rules(case: Case) -> Iterator[VerdictRow]:
