@@ -115,14 +115,19 @@ def neighbours(points: Array, most: int) -> Array:
     """Return an order of points `(N, d)` in which up to so many of them in a row lie near by.
 
     They are cut into strips of equal numbers along the first axis, these along the next, and so on.
+    Those of a path, of which that many go no farther than such a cell, stay in their order.
     """
     count, axes = points.shape
+    order = np.arange(count)
     if count <= most:
-        return np.arange(count)
-    order, parts = np.arange(count), (count / most) ** (1.0 / axes)
+        return order
+    parts, rows = (count / most) ** (1.0 / axes), np.ascontiguousarray(points.T)
+    ways = np.abs(rows[:, 1:] - rows[:, :-1]).sum(axis=1)
+    if np.all(ways * (parts * most / count) <= np.ptp(rows, axis=1)):
+        return order
     for axis in range(axes):
         strips = np.floor(np.arange(count) / count * parts**axis)
-        along = points[order, axis]
+        along = rows[axis, order]
         # Within a strip less than one, so that one number sorts by both.
         along -= along.min()
         order = order[np.argsort(strips + along / (along.max() + 1.0))]

@@ -22,7 +22,7 @@ from ..core.problem.acting import Acting
 from ..core.problem.arguments import checked
 from ..core.problem.coordinate_names import each_coordinate
 from ..core.problem.problem import Problem
-from ..core.problem.samples import Targets, acting_on, common_shape, targets_of
+from ..core.problem.samples import Targets, common_shape, targets_of
 from ..core.results.collect import sweep_of
 from ..core.results.derivative import Swept
 from ..core.results.motion import Motion
@@ -201,11 +201,12 @@ class TaskMotion(Frozen):
         given = self._values("position", position)
         moving = self._values("speed", speed), self._values("acceleration", acceleration)
         acting = problem.acting
-        if any(map(np.any, moving)):
+        if any(map(np.count_nonzero, moving)):
             every = [
                 block.rates(*(values[..., own] for values in moving)) for block, own in self.spans()
             ]
-            acting = acting_on(problem, *map(_joined, zip(*every, strict=True)))
+            speeds, accelerations = map(_joined, zip(*every, strict=True))
+            acting = acting._replace(speeds=speeds, accelerations=accelerations)
         columns = self._columns(given, along_path)
         targets = targets_of(problem, columns, held)
         shape = common_shape({"position": targets.shape, **acting.shapes})

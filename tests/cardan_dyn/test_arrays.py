@@ -127,5 +127,15 @@ def test_neighbours_in_a_row_are_near_each_other(axes: int) -> None:
     assert np.median(np.prod(boxes / 2.0, axis=1)) < 2.0 * 32 / 4096
 
 
+def test_points_of_a_path_stay_in_their_order_and_shuffled_ones_do_not() -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 1000)
+    path = np.stack([np.cos(turn), 0.01 * np.sin(turn), 7.0 + np.sin(2.0 * turn)], axis=1)
+    np.testing.assert_array_equal(neighbours(path, 32), np.arange(1000))
+    shuffled = path[np.argsort(generic(1000, 1)[:, 0])]
+    order = neighbours(shuffled, 32)
+    boxes = [np.ptp(rows[:992].reshape(31, 32, 3), axis=1) for rows in (shuffled[order], shuffled)]
+    assert np.median(boxes[0][:, 0]) < 0.5 * np.median(boxes[1][:, 0])
+
+
 def test_equal_points_keep_all_of_them() -> None:
     np.testing.assert_array_equal(np.sort(neighbours(np.ones((100, 2)), 8)), np.arange(100))

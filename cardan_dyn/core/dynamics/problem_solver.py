@@ -505,12 +505,14 @@ class ProblemSolver(Frozen):
 
         def put(index: int) -> None:
             found = self.taped.moved(*work.given(index))
-            own = {"x": found.x, "v": found.v[:, rates], "a": found.a[:, rates]}
+            # What is found has a row for each coordinate, which is gathered as a whole.
+            v, a = found.v.T[rates].T, found.a.T[rates].T
+            own = {"x": found.x, "v": v, "a": a}
             rows.put(assembled.spans[index], own)
 
         in_threads(put, range(len(assembled.spans)))
         every = rows.arrays
-        refuse_overflow({name for name in every if not np.all(np.isfinite(every[name]))})
+        refuse_overflow({name for name in every if not np.isfinite(every[name]).all()})
         return every["x"], every["v"], every["a"]
 
     def keeps_rates(self, count: int) -> bool:

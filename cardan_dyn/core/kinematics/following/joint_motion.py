@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....kit.arrays import Array, blocks, distinct
+from ....kit.arrays import Array, blocks, consecutive, distinct
 from ....kit.errors import AssemblyError, SingularConfigurationError
 from ...problem.problem import Problem
 from ..closing.all_groups import Kinematics
@@ -55,7 +55,7 @@ class JointMotion:
         self._start, self._orders = start, orders
         coordinates = problem.mechanism.coordinates
         self._drive_columns = coordinates.columns_of(self._names)
-        self._columns = coordinates.columns_moved_by(kinematics.moved)
+        self._columns = consecutive(coordinates.columns_moved_by(kinematics.moved))
         # By their indices among these drives.
         first_varied = len(problem.independent) - varied
         self._driven = [k for k, index in enumerate(drives) if index < first_varied]
@@ -89,7 +89,7 @@ class JointMotion:
             own = asked.copy()
             self._take_turns_off(own, turns)
             x, is_there = self._reached(own)
-            if not np.all(is_there):
+            if not is_there.all():
                 self._follow_whole_ways(asked, own, turns, x, is_there)
                 if strict and not np.all(is_there):
                     raise self._beyond(asked, own, x, is_there)
@@ -108,7 +108,7 @@ class JointMotion:
         for index in self._driven:
             column = self._drive_columns[index]
             ahead = own[:, index] - self._start[column]
-            (far,) = np.nonzero(np.abs(ahead) > TURN)
+            (far,) = (np.abs(ahead) > TURN).nonzero()
             if not far.size or not turns_freely(self._mechanism, self._names[index]):
                 continue
             held = own[far][:, self._held]
@@ -146,7 +146,7 @@ class JointMotion:
         x, is_there = self._taped.ends(own)
         tried = None
         for rows in self._known, lambda: self._kinematics:
-            (rest,) = np.nonzero(~is_there)
+            (rest,) = (~is_there).nonzero()
             if not rest.size:
                 break
             kinematics = rows()
@@ -217,6 +217,7 @@ class JointMotion:
     def write(self, followed: tuple[Array, ...], prescribed: Array, x: Array, turns: Array) -> None:
         """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
         (own_x, own_turns, _), columns = followed, self._columns
-        for own, rows in (own_x, x), (own_turns, turns):
-            for block in blocks(len(own)):
-                rows[block, columns] = own[block, columns]
+        x[:, columns] = own_x[:, columns]
+        # Zeros that are never written take no memory.
+        if np.count_nonzero(own_turns):
+            turns[:, columns] = own_turns[:, columns]

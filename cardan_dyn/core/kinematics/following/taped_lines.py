@@ -12,7 +12,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from ....kit.arrays import LARGE_BLOCK, Array, blocks, neighbours
+from ....kit.arrays import LARGE_BLOCK, Array, blocks, consecutive, neighbours
 from ....kit.threads import in_threads
 from ...mechanics.bodies import Tree, massless
 from ...mechanics.elimination import Order
@@ -65,7 +65,7 @@ class TapedLines:
         self._roles = Roles(drives, (), closure_blocks([(group, True) for group in groups]), ())
         self._legs = legs
         self._units = tree.coordinate_units(len(start))
-        self._start = start / self._units
+        self._begins, self._start = start, start / self._units
         columns = kinematics.coordinates.column_of(kinematics.drives).tolist()
         self._columns: list[int] = columns
         self._passives = self._roles.columns(tree)
@@ -85,11 +85,11 @@ class TapedLines:
         Returns:
             `(N, size)`, off by rounding or by the square of `NEAR`; and `(N,)`.
         """
-        x = np.tile(self._start, (len(positions), 1))
+        x = self._begins[None, :].repeat(len(positions), axis=0)
         is_there = np.zeros(len(positions), dtype=bool)
         targets = positions / self._units[self._columns]
         for index in range(_MOST_TAPES):
-            (rest,) = np.nonzero(~is_there)
+            (rest,) = (~is_there).nonzero()
             chosen = self._orders.at(index, from_start=True) if len(rest) else None
             if chosen is None:
                 break
@@ -97,7 +97,6 @@ class TapedLines:
             stages = self._mechanism.kept.of("lines", key, partial(self._traced, chosen.order))
             follow = partial(self._follow, stages, targets, x, is_there)
             in_threads(follow, [rest[span] for span in blocks(len(rest), LARGE_BLOCK)])
-        x *= self._units
         x[:, self._columns] = positions
         return x, is_there
 
@@ -114,7 +113,7 @@ class TapedLines:
         Args:
             stages: that lead there.
             targets: `(N, d)` ends of the drives, as all coordinates in units of the tree.
-            x: `(N, size)` coordinates, of which passive ones are written.
+            x: `(N, size)` coordinates [rad or m], of which passive ones are written.
             is_there: `(N,)`, written.
             own: indices of the lines.
         """
@@ -134,7 +133,10 @@ class TapedLines:
                 names = stage.program.inputs
                 inputs.append([None if name in stage.taken else given[name] for name in names])
         (outputs,) = stages.run_values(inputs, len(order))
-        x[own[:, None], self._passives], is_there[own] = outputs[:-1].T, outputs[-1] <= NEAR
+        closed = outputs[:-1].T * self._units[self._passives]
+        lines = consecutive(own)  # Of which slices are written at once.
+        x[lines if isinstance(lines, slice) else own[:, None], self._passives] = closed
+        is_there[own] = outputs[-1] <= NEAR
 
     def _traced(self, order: Order) -> Stages:
         """Return the stages that lead to the ends of lines."""
