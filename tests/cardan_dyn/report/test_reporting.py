@@ -592,10 +592,10 @@ def test_limits_that_are_exceeded_are_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("limit", "told"),
     [
-        ('effort="9e3" least_effort="-6e3"', "; efforts -6 … 9 kN<"),
+        ('effort="9e3" least_effort="-6e3"', "; efforts −6 … 9 kN<"),
         (
             'effort="inf" least_effort="-6e3" lower="-inf" upper="0"',
-            "limits up to 0 m; efforts from -6 kN<",
+            "limits up to 0 m; efforts from −6 kN<",
         ),
         ('effort="0"', "driven by its author<"),
     ],
