@@ -34,7 +34,7 @@ def slopes(values: Array, units: Array) -> Array:
     """
     far_back, back, ahead, far_ahead = values.reshape(4, len(units), *values.shape[1:])
     rise = 8.0 * (ahead - back) - (far_ahead - far_back)
-    return np.moveaxis(rise, 0, -1) / (12.0 * _STEP * units)
+    return rise.transpose(*range(1, rise.ndim), 0) / (12.0 * _STEP * units)
 
 
 def kinks(values: Array, middle: Array, units: Array) -> Array:
@@ -51,7 +51,8 @@ def kinks(values: Array, middle: Array, units: Array) -> Array:
     far_back, back, ahead, far_ahead = values.reshape(4, len(units), *values.shape[1:]) - middle
     odd = np.abs(far_ahead - far_back - 2.0 * (ahead - back))
     even = np.abs(far_ahead + far_back - 4.0 * (ahead + back))
-    return np.moveaxis(np.maximum(odd, even), 0, -1) / (12.0 * _STEP * units)
+    most = np.maximum(odd, even)
+    return most.transpose(*range(1, most.ndim), 0) / (12.0 * _STEP * units)
 
 
 def slope(values: Callable[[Array], Array], variables: Array | float = 1.0) -> Array:

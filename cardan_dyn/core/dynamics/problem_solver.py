@@ -515,6 +515,25 @@ class ProblemSolver(Frozen):
         refuse_overflow({name for name in every if not np.isfinite(every[name]).all()})
         return every["x"], every["v"], every["a"]
 
+    def sought(self, assembled: AssembledPositions, acting: Acting) -> tuple[Array, Array]:
+        """Return wrenches `(N, k, 6)` and efforts `(N, p)` as of a `Solution`, of which none is proven.
+
+        For what looks for a place and has only that one proven; arguments as of `solve`.
+
+        Raises:
+            AccuracyError: numbers overflow.
+        """
+        from .inverse_dynamics import refuse_overflow
+
+        work, columns = Work(self, assembled, acting), self.problem.prescribed_columns
+        every = [self.taped.found(*work.given(k))[0] for k in range(len(assembled.spans))]
+        efforts = np.concatenate([found.efforts.take(columns, 1) for found in every])
+        wrenches = np.concatenate([found.wrenches for found in every])
+        wrenches = wrenches.reshape(len(efforts), -1, 6)[:, self.problem.output_indices]
+        named = {"wrenches": wrenches, "efforts": efforts}
+        refuse_overflow({name for name in named if not np.isfinite(named[name]).all()})
+        return wrenches, efforts
+
     def keeps_rates(self, count: int) -> bool:
         """Return whether a sweep of several blocks, of that many samples, keeps its rates."""
         # The accelerations of rods that spin idly depend on forces.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -55,7 +56,6 @@ class Equilibrium(Prescribed):
     def __init__(self, statics: _Statics, position: Array, stiffness: Array) -> None:
         self._problem, self._statics = statics.problem, statics
         self.position, self.stiffness = read_only(position), read_only(stiffness)
-        self.sweep = statics.sweep(position[None, :])
         self._scale = read_only(statics.scale)
         greatest = float(np.max(np.abs(stiffness * self._scale[:, None] * self._scale)))
         # Differences of efforts that are rounded like wrenches leave a tenth of it.
@@ -86,6 +86,11 @@ class Equilibrium(Prescribed):
             ModelError: see `point`.
         """
         return self.sweep.orientation(link)[0]
+
+    @cached_property
+    def sweep(self) -> Sweep:
+        """The scene at rest there; see the class."""
+        return self._statics.sweep(self.position[None, :])
 
     @cached_property
     def inertia(self) -> Array:
@@ -129,71 +134,82 @@ def equilibrium(
             f"outputs, which are: {choices(solver.problem.outputs)}"
         )
     statics = _Statics(solver, acting, driven)
-    effort, stiffness = statics.linearised(x)
+    place = statics.place(x)
     for _ in range(_MOST_STEPS):
-        step = _newton_step(stiffness, -effort, statics.scale)
-        x, effort, stiffness, is_there = _moved(statics, x, effort, stiffness, step)
+        place, is_there = _moved(statics, place)
         if is_there:
             break
     else:
         raise EquilibriumError(
             f"no equilibrium was found near the start; after {_MOST_STEPS} steps these still "
-            f"need {effort.tolist()} at {x.tolist()}; start nearer to one",
-            position=x,
-            effort=effort,
+            f"need {place.effort.tolist()} at {place.x.tolist()}; start nearer to one",
+            position=place.x,
+            effort=place.effort,
         )
+    if not place.is_proven:
+        place = statics.place(place.x, is_proven=True)
     if statics.is_at_kink:
         raise EquilibriumError(
-            f"{x.tolist()} is an equilibrium at a kink of a force, which has another stiffness on "
-            "either side of it, such as a row of a table: move that row, or sweep the scene there",
-            position=x,
-            effort=effort,
+            f"{place.x.tolist()} is an equilibrium at a kink of a force, which has another "
+            "stiffness on either side of it, such as a row of a table: move that row, or sweep the "
+            "scene there",
+            position=place.x,
+            effort=place.effort,
         )
-    return Equilibrium(statics, x, stiffness)
+    return Equilibrium(statics, place.x, place.stiffness)
 
 
-def _newton_step(stiffness: Array, effort: Array, scale: Array) -> Array:
-    """Return the step `(d,)` that Newton's method takes, of limited length."""
-    step, *_ = np.linalg.lstsq(stiffness, effort, rcond=1e-12)
-    length = float(np.max(np.abs(step) / scale))
-    return np.asarray(step if length <= _LONGEST else step * (_LONGEST / length))
+class _Place(NamedTuple):
+    """What free coordinates need to rest at a place.
 
-
-def _moved(
-    statics: _Statics, x: Array, effort: Array, stiffness: Array, step: Array
-) -> tuple[Array, Array, Array, bool]:
-    """Return position, effort and stiffness after a step that makes the effort smaller.
-
-    The last value says whether it has converged.
+    Attributes:
+        x: `(f,)` their positions [rad or m].
+        effort: `(f,)` along them.
+        stiffness: `(f, f)` its derivatives.
+        is_proven: whether efforts at all positions that these are made of are proven.
     """
-    size = float(np.linalg.norm(effort * statics.scale))
+
+    x: Array
+    effort: Array
+    stiffness: Array
+    is_proven: bool
+
+
+def _moved(statics: _Statics, place: _Place) -> tuple[_Place, bool]:
+    """Return a place at which less effort is needed, and whether it is the last one."""
+    x, scale = place.x, statics.scale
+    size = math.hypot(*place.effort * scale)
     if size <= EPS * statics.wrench:
-        return x, effort, stiffness, True
-    shortest = 4.0 * EPS * (1.0 + float(np.max(np.abs(x))))
+        return place, True
+    step, *_ = np.linalg.lstsq(place.stiffness, -place.effort, rcond=1e-12)
+    length = float((np.abs(step) / scale).max())
+    if length > _LONGEST:
+        step, length = step * (_LONGEST / length), _LONGEST
+    shortest = 4.0 * EPS * (1.0 + float(np.abs(x).max()))
     refused = ""
-    while True:
-        if np.max(np.abs(step) / statics.scale) <= shortest:
-            if size <= max(NOTHING * statics.greatest, ROUNDED * statics.wrench):
-                return x, effort, stiffness, True
-            break
+    while length > shortest:
+        # What is left behind a step is about its square.
+        is_last, is_near = length <= math.sqrt(EPS), length <= EPS ** (1.0 / 3.0)
         try:
-            next_effort, next_stiffness = statics.linearised(x + step)
+            found = statics.place(x + step, is_near)
         except CardanError as error:
             # A dead point, a gap or the end of a table lies on the way.
-            step, refused = 0.25 * step, f". Beyond, {error}"
-            continue
-        next_size = float(np.linalg.norm(next_effort * statics.scale))
-        if next_size < size:
-            is_there = next_size <= 4.0 * EPS * statics.greatest
-            return x + step, next_effort, next_stiffness, is_there
-        if size <= 1e-11 * statics.greatest:  # Rounding is all that is left.
-            return x, effort, stiffness, True
-        step = 0.25 * step
+            refused = f". Beyond, {error}"
+        else:
+            is_rounding = size <= 1e-11 * statics.greatest
+            left = math.hypot(*found.effort * scale)
+            if left < size or (is_last and is_rounding):
+                return found, is_last or left <= 4.0 * EPS * max(statics.greatest, statics.wrench)
+            if is_rounding:
+                return place, True
+        step, length = 0.25 * step, 0.25 * length
+    if size <= max(NOTHING * statics.greatest, ROUNDED * statics.wrench):
+        return place, True
     raise EquilibriumError(
         f"no equilibrium was found; from {x.tolist()} on, the effort needed grows in every "
         f"direction; start elsewhere{refused}",
         position=x,
-        effort=effort,
+        effort=place.effort,
     )
 
 
@@ -219,6 +235,7 @@ class _Statics:
                 for name in solver.problem.free
             ]
         )
+        self._stencil = np.vstack([np.zeros_like(self.scale), displacements(self.scale)])
         self.greatest = self.wrench = 0.0
         self.unit, self.is_at_kink = _FINER[0], False
 
@@ -231,36 +248,40 @@ class _Statics:
         driven = self._driven[None, :].repeat(len(positions), axis=0)
         return Targets.of_positions(np.concatenate([driven, positions], axis=1))
 
-    def _efforts(self, positions: Array) -> Array:
+    def _efforts(self, positions: Array, is_proven: bool) -> Array:
         """Return the efforts `(N, f)` along the free coordinates."""
         assembled = self._solver.assembled_in_turn(self._targets(positions))
-        solution = self._solver.solve(assembled, self._acting)
-        size = np.abs(solution.wrenches)
+        if is_proven:
+            solution = self._solver.solve(assembled, self._acting)
+            wrenches, efforts = solution.wrenches, solution.efforts
+        else:
+            wrenches, efforts = self._solver.sought(assembled, self._acting)
+        size = np.abs(wrenches)
         size[..., :3] *= self.problem.mechanism.characteristic_length
         self.wrench = max(self.wrench, float(size.max(initial=0.0)))
-        return solution.efforts[:, len(self._driven) : len(self.problem.independent)]
+        return efforts[:, len(self._driven) : len(self.problem.independent)]
 
-    def linearised(self, x: Array) -> tuple[Array, Array]:
-        """Return efforts `(f,)` at a position, and their derivatives `(f, f)`.
+    def place(self, x: Array, is_proven: bool = False) -> _Place:
+        """Return what is needed at positions `(f,)`.
 
-        With the longest step that leaves kinks outside.
+        Derivatives are taken with the longest step that leaves kinks outside.
         """
         for self.unit in _FINER:
             units = self.unit * self.scale
             try:
-                efforts = self._efforts(x + np.vstack([np.zeros_like(x), displacements(units)]))
+                efforts = self._efforts(x + self.unit * self._stencil, is_proven)
             except CardanError:
                 if self.unit == _FINER[-1]:
                     raise
                 continue
-            self.greatest = max(self.greatest, float(np.max(np.abs(efforts * self.scale))))
+            self.greatest = max(self.greatest, float(np.abs(efforts * self.scale).max()))
             derivative, size = slopes(efforts[1:], units), self.scale[:, None] * self.scale
-            most = max(self.wrench, float(np.max(np.abs(derivative * size))))
+            most = max(self.wrench, float(np.abs(derivative * size).max()))
             left = kinks(efforts[1:], efforts[0], units) * size
-            self.is_at_kink = bool(np.max(left) > _UNEVEN * most)
+            self.is_at_kink = bool(left.max() > _UNEVEN * most)
             if not self.is_at_kink:
                 break
-        return efforts[0], derivative
+        return _Place(x, efforts[0], derivative, is_proven)
 
     def inertia(self, x: Array) -> Array:
         """Return the generalised inertia `(f, f)` at a position."""
