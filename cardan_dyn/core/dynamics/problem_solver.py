@@ -516,7 +516,7 @@ class ProblemSolver(Frozen):
         return every["x"], every["v"], every["a"]
 
     def sought(self, assembled: AssembledPositions, acting: Acting) -> tuple[Array, Array]:
-        """Return wrenches `(N, k, 6)` and efforts `(N, p)` as of a `Solution`, of which none is proven.
+        """Return wrenches `(N, k, 6)` and efforts `(N, p)`, see `Solution`; none is proven.
 
         For what looks for a place and has only that one proven; arguments as of `solve`.
 
