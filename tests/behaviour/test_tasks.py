@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from testkit import task_machines as machines
+from testkit import transmissions
 
 import cardan_dyn as cd
 from cardan_dyn import studies
@@ -832,6 +833,20 @@ def test_many_actuated_joints_are_not_tried_in_all_combinations() -> None:
     balls = [f"{end}_{k}" for end in ("foot", "head") for k in range(6)]
     with pytest.raises(cd.MobilityError, match="7 degrees of freedom, and the task 6 rows"):
         cd.Scene(platform, task=cd.PoseTask("platform"), actuated=balls)
+
+
+def test_a_platform_that_floats_beside_its_legs_is_moved_by_a_pose_task() -> None:
+    """What the message advises is done, against lengths of legs by points and a rotation."""
+    platform, legs = cd.load(transmissions.hexapod()), [f"leg_{k}" for k in range(6)]
+    with pytest.raises(cd.ArgumentError, match=r"'pose' turns by several.*task=cd.PoseTask"):
+        cd.Scene(platform, drive="pose", actuated=legs).sweep(np.zeros(6))
+    place, turn = np.array([0.05, -0.04, 0.63]), np.array([0.1, -0.08, 0.15])
+    scene = cd.Scene(platform, task=cd.PoseTask("platform"), actuated=legs)
+    found = scene.sweep(np.concatenate([place, turn])[None])
+    base, top = transmissions.hexapod_points()
+    lengths = np.linalg.norm(Rotation.from_rotvec(turn).apply(top) + place - base, axis=1)
+    first = np.linalg.norm(np.array([0.0, 0.0, 0.6]) + top - base, axis=1)
+    assert found.position[0] == pytest.approx(lengths - first, abs=1e-13)
 
 
 def test_refused_tasks() -> None:
