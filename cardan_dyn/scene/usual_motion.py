@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.elements.link_loads import Wrench
 from ..core.mechanism.mechanism import Mechanism
 from ..core.problem.arguments import by_coordinate, keyframe
 from ..core.problem.coordinate_names import each_coordinate
 from ..core.results.limits import described_limits
 from ..core.results.sweep import Sweep
-from ..kit.arrays import Array
+from ..kit.arrays import NOTHING, Array
 from ..kit.checks import mapping
 from ..kit.errors import (
     AccuracyError,
@@ -105,6 +106,48 @@ def usual_motion(mechanism: Mechanism, *, samples: int = 721, **given: Any) -> U
             "forces may grow without bound"
         )
     return UsualMotion(scene, swing, False, speed, f"{said}{why}", np.array([found[0]]))
+
+
+def one_way(
+    scene: Scene, position: Array, speed: float, efforts: Mapping[str, tuple[float, int]]
+) -> dict[str, Array] | None:
+    """Return loads `(N,)` of a sweep that act on joints while these move one way.
+
+    Args:
+        scene: without them.
+        position: of its drives, `(N,)` or `(N, d)` [rad or m].
+        speed: of a single drive [rad/s or m/s]; where it is 0, senses are those in which positions
+            follow each other.
+        efforts: joint to its effort [N·m or N], and whether it acts while the position grows, 1, or
+            falls, -1. A joint that stands has no load.
+
+    Returns:
+        None if there are no efforts.
+    """
+    if not efforts:
+        return None
+    moving = scene.sweep(position, speed or np.gradient(position, axis=0)).motion
+    found = {}
+    for name, (effort, sense) in efforts.items():
+        rate = sense * moving.velocity(name)
+        found[name] = np.where(rate > NOTHING * np.abs(rate).max(), effort, 0.0)
+    return found
+
+
+def driving(swept: Sweep) -> list[str]:
+    """Return in a sentence each which constant loads drive their joints over a part of a turn."""
+    found = []
+    for name, load in swept.loads.items():
+        if isinstance(load, Wrench) or np.ptp(load) or not np.any(load):
+            continue
+        steps = np.diff(swept.motion.position(name))
+        if steps.min() < -NOTHING * steps.max() < 0.0:
+            against = "backward" if np.all(load > 0.0) else "forward"
+            found.append(
+                f"The load at {name} drives it on one of its ways; one that acts against it alone "
+                f"is --load {name}=…@{against}, in Python a load for each sample."
+            )
+    return found
 
 
 def default_scene(mechanism: Mechanism, **given: Any) -> Scene:

@@ -25,7 +25,14 @@ from ...kit.quantities import NONE, column
 from ...motion.simulation.progress import INTERRUPTED
 from ...motion.simulation.trajectory import Trajectory
 from ...scene.scene import Scene
-from ...scene.usual_motion import UsualMotion, default_scene, slides, usual_motion
+from ...scene.usual_motion import (
+    UsualMotion,
+    default_scene,
+    driving,
+    one_way,
+    slides,
+    usual_motion,
+)
 from .group import Interrupted, end_by
 from .quantities import by_coordinate, ends_of, of_scene, shown, value_of
 from .quantities import positions as positions_of
@@ -109,18 +116,24 @@ def sweep_of(
     outputs = Outputs(*(given.pop(name) for name in Outputs._fields))
     outputs.check()
     mechanism = load(source, strict=strict)
-    acting = of_scene(mechanism, **given)
-    motion = usual_motion(mechanism, samples=samples, **acting | {"loads": acting["loads"] or None})
+    ways: dict[str, tuple[float, int]] = {}
+    acting = of_scene(mechanism, ways=ways, **given)
+    if not given["loads"]:
+        acting["loads"] = None
+    motion = usual_motion(mechanism, samples=samples, **acting)
     scene, at, said = motion.scene, motion.positions, motion.said
     if joints:
         scene = scene.replace(outputs=joints)
     if ends is not None:
         at, said = _between(motion, ends, samples)
     rates = _rates(motion, speed, acceleration, ends is not None)
-    swept = scene.sweep(at, rates["speed"], rates["acceleration"])
+    acting_one_way = one_way(scene, at, rates["speed"], ways)
+    swept = scene.sweep(at, rates["speed"], rates["acceleration"], loads=acting_one_way)
     if not outputs.printed:
         say(f"{mechanism.name}: {said}; {samples} positions, {_how_fast(motion, rates)}")
-        _say_what_acts(scene)
+        _say_what_acts(scene, ways)
+        for text in driving(swept) if acting["loads"] and motion.turns and ends is None else ():
+            say(text, "yellow")
         if len(swept.drives) > 1:
             said = (
                 f"and at which of {samples} samples on one way of {len(swept.drives)} drives; "
@@ -269,7 +282,7 @@ def _how_fast(motion: UsualMotion, rates: Mapping[str, float]) -> str:
     return f"at {', '.join(told)}"
 
 
-def _say_what_acts(scene: Scene) -> None:
+def _say_what_acts(scene: Scene, ways: Mapping[str, tuple[float, int]] | None = None) -> None:
     """Print what holds and loads a scene, which may be that of a preset."""
     texts = []
     for name, value in scene.held.items():
@@ -280,6 +293,9 @@ def _say_what_acts(scene: Scene) -> None:
             texts.append(f"{amount} at {name}")
         elif isinstance(effort, Wrench):
             texts.append(f"a wrench on {name}")
+    for name, (value, sense) in (ways or {}).items():
+        how = "forward" if sense > 0 else "backward"
+        texts.append(f"{shown(scene.mechanism, name, 'effort', value)} at {name} moving {how}")
     if np.any(scene.gravity):
         texts.append(f"gravity {' '.join(f'{value:g}' for value in scene.gravity)} m/s²")
     if texts:

@@ -115,18 +115,39 @@ def nearest(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, float] | st
     return positions(mechanism, pairs, "--near") or None
 
 
-def efforts(mechanism: Mechanism, pairs: Sequence[str]) -> dict[str, Any]:
+_SENSES = {"forward": 1, "backward": -1}
+"""How a joint moves, and the sign of its speed."""
+
+
+def efforts(
+    mechanism: Mechanism,
+    pairs: Sequence[str],
+    ways: dict[str, tuple[float, int]] | None = None,
+) -> dict[str, Any]:
     """Return efforts [N·m, of slides N] from `JOINT=VALUE`, and wrenches from `LINK=X Y Z`.
 
     Of a link, or a frame fixed in one, three numbers are a force [N], and three more a moment
     [N·m]: in its axes, or in those of the world if the word `world` is behind them.
+
+    Args:
+        mechanism: on which they act.
+        pairs: as told.
+        ways: takes what `JOINT=VALUE@forward` says, see `one_way`; refused if None.
 
     Raises:
         CardanError: see `value_of`, or a wrench has another form.
     """
     found: dict[str, Any] = {}
     for name, text in assigned(pairs, "--load", "JOINT=VALUE, as bearing_out=-5").items():
-        at = f"--load {name}"
+        at, (text, is_one_way, sense) = f"--load {name}", text.partition("@")
+        if is_one_way:
+            if ways is None or sense not in _SENSES:
+                raise ArgumentError(
+                    f"{at} acts @{sense}: loads of sweep and report may act while their joint "
+                    "moves @forward or @backward, all others are constant"
+                )
+            ways[name] = value_of(mechanism, name, "effort", text, at), _SENSES[sense]
+            continue
         if name in mechanism or name not in mechanism.link_frames:
             found[name] = value_of(mechanism, name, "effort", text, at)
             continue
@@ -151,8 +172,11 @@ def of_scene(
     near: Sequence[str] = (),
     loads: Sequence[str] = (),
     gravity: tuple[float, float, float] | str | None = None,
+    ways: dict[str, tuple[float, int]] | None = None,
 ) -> dict[str, Any]:
     """Return what options of several commands say of a scene, as `default_scene` takes it.
+
+    `ways` takes loads that act one way, see `efforts`.
 
     Raises:
         CardanError: see `positions`, `nearest` and `efforts`.
@@ -161,7 +185,7 @@ def of_scene(
         "drive": drive,
         "held": positions(mechanism, held),
         "near": nearest(mechanism, near),
-        "loads": efforts(mechanism, loads),
+        "loads": efforts(mechanism, loads, ways),
         "gravity": gravity,
     }
 

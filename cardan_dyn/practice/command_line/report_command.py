@@ -62,12 +62,14 @@ def run(
     reports = []
     for rate, values in itertools.product(rates, itertools.product(*listed.values())):
         pairs = zip(listed, values, strict=True)
-        acting = efforts(mechanism, [f"{name}={value}" for name, value in pairs])
+        ways: dict[str, tuple[float, int]] = {}
+        acting = efforts(mechanism, [f"{name}={value}" for name, value in pairs], ways)
         case = case_of(
             mechanism,
             drive=drive,
             held=fixed,
-            loads=acting or None,
+            loads=acting if listed else None,
+            ways=ways,
             gravity=gravity,
             speed=rate,
             interval=interval,

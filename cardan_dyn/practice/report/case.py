@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -24,7 +24,7 @@ from ...kit.errors import (
 )
 from ...scene.describe import describe
 from ...scene.scene import Scene
-from ...scene.usual_motion import slides, usual_motion
+from ...scene.usual_motion import driving, one_way, slides, usual_motion
 from .grids import place
 
 STANDING = "(stands)"
@@ -54,6 +54,7 @@ def case_of(
     interval: tuple[float, float] | None = None,
     elements: bool = False,
     samples: int = 721,
+    ways: Mapping[str, tuple[float, int]] | None = None,
     **given: Any,
 ) -> Case:
     """Return the case of a mechanism: as given, or else as is usual, see `usual_motion`.
@@ -65,6 +66,7 @@ def case_of(
             mechanism does not get there.
         elements: whether the springs, dampers and friction of the description act.
         samples: count of positions.
+        ways: efforts on joints that act while these move one way, see `one_way`.
         given: what drives and acts, see `default_scene`.
 
     Raises:
@@ -90,7 +92,7 @@ def case_of(
         scene = scene.replace(elements=acting)
     positions, remarks = motion.positions, [said]
     rate = 0.0 if not motion.turns else motion.speed if speed is None else speed
-    if interval is None and not motion.turns and len(scene.drives) == 1:
+    if interval is None and not motion.turns and len(scene.drives) == 1 and not ways:
         # What moves there and back is the same on both ways at rest.
         low, high = motion.box[0].tolist()
         positions = np.linspace(low, high, samples)
@@ -106,21 +108,29 @@ def case_of(
             )
         positions, rate = np.linspace(low, high, samples), motion.speed if speed is None else speed
         remarks = [f"As asked: {scene.drives[0]} from {place(low, where)} to {place(high, where)}."]
+    if len(scene.drives) > 1 and speed is not None:
+        raise ArgumentError("a speed is that of a single drive; hold all but one of them")
+
+    def solved(positions: Array) -> Sweep:
+        loads = one_way(scene, positions, rate, ways or {})
+        return scene.sweep(positions, speed=rate, loads=loads)
+
     if len(scene.drives) > 1:
-        if speed is not None:
-            raise ArgumentError("a speed is that of a single drive; hold all but one of them")
-        return Case(mechanism, scene.sweep(positions), tuple(remarks), motion.box)
+        return Case(mechanism, solved(positions), tuple(remarks), None if ways else motion.box)
     try:
-        return Case(mechanism, scene.sweep(positions, speed=rate), tuple(remarks))
+        sweep = solved(positions)
     except (AssemblyError, SingularConfigurationError, AccuracyError) as error:
-        return _shortened(mechanism, scene, positions, rate, remarks, error)
+        return _shortened(mechanism, scene, positions, solved, remarks, error)
+    if motion.turns and interval is None and given.get("loads"):
+        remarks += driving(sweep)
+    return Case(mechanism, sweep, tuple(remarks))
 
 
 def _shortened(
     mechanism: Mechanism,
     scene: Scene,
     positions: Array,
-    speed: float,
+    solved: Callable[[Array], Sweep],
     remarks: list[str],
     error: CardanError,
 ) -> Case:
@@ -135,7 +145,7 @@ def _shortened(
         first = bottom + clear * (top - bottom) * (bottom > asked[0])
         last = top - clear * (top - bottom) * (top < asked[1])
         try:
-            sweep = scene.sweep(np.linspace(first, last, len(positions)), speed=speed)
+            sweep = solved(np.linspace(first, last, len(positions)))
         except (AssemblyError, SingularConfigurationError, AccuracyError):
             continue
         of_slide = slides(scene.mechanism, where)

@@ -386,3 +386,51 @@ def test_loops_are_closed_near_a_keyframe_or_positions(
     for command in (("sweep",), ("simulate", "--time", 0.01)):
         refused = run(*command, path, "--near", "upp")
         assert refused.exit_code == 2 and "did you mean 'up'?" in refused.output
+
+
+@pytest.mark.parametrize("speed", [[], ["--speed", "60"], ["--speed=-60"]])
+def test_a_load_acts_while_its_joint_moves_one_way(speed: list[str], tmp_path: Path) -> None:
+    """Held against the slider-crank's own formula: x = r cos θ + √(l² - r² sin² θ)."""
+    load = "--load", "piston_guide=-60kN@forward", "--gravity", 0, 0, 0
+    found = run("sweep", "slider_crank", *load, *speed, "--csv", tmp_path / "x.csv")
+    assert found.exit_code == 0, found.output
+    assert "-60 kN at piston_guide moving forward" in found.output
+    frame = pandas.read_csv(tmp_path / "x.csv")
+    x, r, rod = frame["position [rad]"].to_numpy(), 0.045, 0.15
+    lever = -r * np.sin(x) - r * r * np.sin(x) * np.cos(x) / np.sqrt(rod**2 - (r * np.sin(x)) ** 2)
+    sense = -1.0 if speed == ["--speed=-60"] else 1.0
+    effort = np.where(sense * lever > 1e-12, 60e3 * lever, 0.0)
+    # What inertia takes at this speed is the difference to a sweep without the load.
+    idle = cd.Scene(cd.load("slider_crank"), drive="crank_bearing").sweep(
+        x, speed=sense * 2.0 * np.pi * bool(speed)
+    )
+    efforts = frame["drive_effort [N·m]"]
+    np.testing.assert_allclose(efforts - idle.drive_effort, effort, rtol=0, atol=1e-8)
+
+
+def test_a_load_that_drives_over_a_part_of_a_turn_is_named(tmp_path: Path) -> None:
+    said = "The load at piston_guide drives it on one of its ways"
+    way_out = "--load piston_guide=…@"
+    for amount, sense in (("-60kN", "forward"), ("60kN", "backward")):
+        for command in (["sweep"], ["report", "--out", tmp_path / "x.csv"]):
+            found = " ".join(
+                run(*command, "slider_crank", "--load", f"piston_guide={amount}").output.split()
+            )
+            assert said in found and way_out + sense in found
+    # One that turns, one that acts against the motion alone, and one of a preset are as meant.
+    for load in (["--load", "piston_guide=-60kN@forward"], []):
+        assert said not in " ".join(run("sweep", "slider_crank", *load).output.split())
+    turning = "universal_joint", "--held", "joint_angle=20", "--load", "bearing_out=-100"
+    assert "drives it on" not in run("sweep", *turning).output
+
+
+def test_one_way_is_said_of_sweeps_and_reports_alone() -> None:
+    for text in (
+        "view",
+        "simulate --time 1",
+        "clearance --speed 60 --clearance 1e-4 --stiffness 1e8",
+    ):
+        found = run(*text.split(), "slider_crank", "--load", "piston_guide=-60@forward")
+        assert found.exit_code == 2 and "loads of sweep and report" in found.output
+    found = run("sweep", "slider_crank", "--load", "piston_guide=-60@upwards")
+    assert found.exit_code == 2 and "@forward or @backward" in found.output

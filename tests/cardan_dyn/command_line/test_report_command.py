@@ -118,3 +118,19 @@ def test_a_limit_that_is_missed_ends_with_1(tmp_path: Path) -> None:
         assert (
             "Exceeds effort limit of motor (-4 N·m): -4.905 N·m" in " ".join(found.output.split())
         ) == bool(code)
+
+
+def test_a_report_of_a_swing_goes_both_ways_where_a_load_acts_one_way(tmp_path: Path) -> None:
+    """At rest the crank lifts its load on the way forward, and nothing on the way back."""
+    pandas = pytest.importorskip("pandas")
+    file = tmp_path / "extremes.csv"
+    text = "four_bar", "--drive", "rocker_bearing", "--out", file
+    found = run(*text, "--load", "crank_bearing=-3@forward,-3@backward")
+    assert found.exit_code == 0, found.output
+    assert "2 load cases" in found.output
+    frame = pandas.read_csv(file)
+    of = frame[(frame.owner == "rocker_bearing") & (frame.quantity == "drive effort")]
+    (up, back) = of[["greatest", "least"]].to_numpy()
+    # One load on the two ways of the same swing: the same lever on both of them.
+    assert 0.0 in up and 0.0 in back
+    assert abs(up).max() == pytest.approx(abs(back).max(), rel=1e-9)
