@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import tracemalloc
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,19 @@ def test_a_block_takes_as_many_calls_whatever_its_samples(shaft: cd.Mechanism) -
     # machine, some 2600 of them are the proof on arrays and 1000 are closed loops: one call for all
     # samples in each step.
     assert counts[0] == counts[1] <= counts[2] == counts[3] < (650 if compiled.kernel else 4300)
+
+
+def test_an_equilibrium_is_proven_where_it_is_found_alone() -> None:
+    """Six places are looked at, each with four beside it; proven are those of the last one."""
+    bar = cd.load("four_bar")
+    spring = cd.JointSpring("rocker_bearing", stiffness=3.0, rest=0.2, name="spring")
+    acting = {"gravity": (0.0, -9.81, 0.0), "elements": [spring]}
+    free = cd.Scene(bar, free="crank_bearing", **acting)
+    driven = cd.Scene(bar, drive="crank_bearing", **acting)
+    for place in (0.3, 0.30001):  # The first one makes what is kept.
+        once = calls(partial(driven.sweep, place))
+        found = calls(partial(free.equilibrium, place))
+    assert found < 7.5 * once
 
 
 def test_the_range_of_a_drive_is_found_once() -> None:

@@ -186,24 +186,25 @@ def _moved(statics: _Statics, place: _Place) -> tuple[_Place, bool]:
     if length > _LONGEST:
         step, length = step * (_LONGEST / length), _LONGEST
     shortest = 4.0 * EPS * (1.0 + float(np.abs(x).max()))
-    refused = ""
+    # Behind a step that is not cut, about its square is left.
+    is_last, refused = length <= math.sqrt(EPS), ""
     while length > shortest:
-        # What is left behind a step is about its square.
-        is_last, is_near = length <= math.sqrt(EPS), length <= EPS ** (1.0 / 3.0)
+        is_near = length <= EPS ** (1.0 / 3.0)
         try:
             found = statics.place(x + step, is_near)
         except CardanError as error:
             # A dead point, a gap or the end of a table lies on the way.
             refused = f". Beyond, {error}"
         else:
-            is_rounding = size <= 1e-11 * statics.greatest
             left = math.hypot(*found.effort * scale)
-            if left < size or (is_last and is_rounding):
-                return found, is_last or left <= 4.0 * EPS * max(statics.greatest, statics.wrench)
-            if is_rounding:
+            if is_last and left <= statics.rounding:
+                return found, True
+            if left < size:
+                return found, left <= 4.0 * EPS * max(statics.greatest, statics.wrench)
+            if size <= 1e-11 * statics.greatest:  # Rounding is all that is left.
                 return place, True
-        step, length = 0.25 * step, 0.25 * length
-    if size <= max(NOTHING * statics.greatest, ROUNDED * statics.wrench):
+        step, length, is_last = 0.25 * step, 0.25 * length, False
+    if size <= statics.rounding:
         return place, True
     raise EquilibriumError(
         f"no equilibrium was found; from {x.tolist()} on, the effort needed grows in every "
@@ -238,6 +239,11 @@ class _Statics:
         self._stencil = np.vstack([np.zeros_like(self.scale), displacements(self.scale)])
         self.greatest = self.wrench = 0.0
         self.unit, self.is_at_kink = _FINER[0], False
+
+    @property
+    def rounding(self) -> float:
+        """Effort up to which a place is one of equilibrium where no step leads nearer [N·m]."""
+        return max(NOTHING * self.greatest, ROUNDED * self.wrench)
 
     def sweep(self, positions: Array) -> Sweep:
         """Return the scene at rest at positions `(N, f)`."""

@@ -125,6 +125,28 @@ def test_none_is_told_apart_from_one(joint: cd.Mechanism) -> None:
         loaded.equilibrium([0.3, 1.0])
 
 
+@pytest.mark.parametrize("part", [0.9, 0.999, 1.001, 1.1, 3.0])
+def test_what_no_place_balances_is_no_equilibrium(part: float) -> None:
+    """A crank whose torque is more than its weight holds anywhere, or less, from starts all round.
+
+    Beside the place that holds most, steps become as short as those that end a search.
+    """
+    bar, turn = cd.load("four_bar"), np.linspace(-np.pi, np.pi, 4001)
+    driven = cd.Scene(bar, drive="crank_bearing", gravity=GRAVITY)
+    most = driven.sweep(turn).drive_effort.max()
+    free = cd.Scene(
+        bar, free="crank_bearing", gravity=GRAVITY, loads={"crank_bearing": part * most}
+    )
+    for start in np.linspace(-3.0, 3.0, 12):
+        if part > 1.0:
+            with pytest.raises(cd.EquilibriumError, match="no equilibrium was found"):
+                free.equilibrium(start)
+        else:
+            (place,) = free.equilibrium(start).position
+            held = driven.sweep([place]).drive_effort[0]
+            assert held == pytest.approx(part * most, rel=1e-12)
+
+
 @pytest.mark.parametrize("angle", [0.1, 0.5, 1.0])
 def test_balanced_shafts_under_their_weight_are_indifferent(
     joint: cd.Mechanism, angle: float
