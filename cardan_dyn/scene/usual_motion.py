@@ -127,11 +127,18 @@ def one_way(
     if not efforts:
         return None
     moving = scene.sweep(position, speed or np.gradient(position, axis=0)).motion
-    found = {}
-    for name, (effort, sense) in efforts.items():
-        rate = sense * moving.velocity(name)
-        found[name] = np.where(rate > NOTHING * np.abs(rate).max(), effort, 0.0)
-    return found
+    coordinates = scene.mechanism.coordinates
+    names = [*scene.drives, *efforts]
+    units = coordinates.rate_scale[coordinates.rates_of(names)]
+    rates = np.stack([moving.velocity(name) for name in names]) / units[:, None]
+    # Beside the drives, the rounding of a speed at a dead point is none.
+    still = NOTHING * np.abs(rates[: len(scene.drives)]).max()
+    return {
+        name: np.where(sense * rate > still, effort, 0.0)
+        for (name, (effort, sense)), rate in zip(
+            efforts.items(), rates[len(scene.drives) :], strict=True
+        )
+    }
 
 
 def driving(swept: Sweep) -> list[str]:

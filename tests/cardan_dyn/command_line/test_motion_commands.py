@@ -406,6 +406,10 @@ def test_a_load_acts_while_its_joint_moves_one_way(speed: list[str], tmp_path: P
     )
     efforts = frame["drive_effort [N·m]"]
     np.testing.assert_allclose(efforts - idle.drive_effort, effort, rtol=0, atol=1e-8)
+    # At both dead points the piston stands, whatever its speed is rounded to.
+    if not speed:
+        standing = run("sweep", "slider_crank", *load, "--samples", 2).output
+        assert "crank_pin 0 – 0 –" in " ".join(standing.split())
 
 
 def test_a_load_that_drives_over_a_part_of_a_turn_is_named(tmp_path: Path) -> None:
