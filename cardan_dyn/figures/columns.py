@@ -38,11 +38,11 @@ def over_column(
     Raises:
         ArgumentError: other axes than are needed.
     """
-    curves: dict[str, dict[str, tuple[int, Array]]] = {}
-    for index, (name, column) in enumerate(columns.items()):
+    curves: dict[str, dict[str, Array]] = {}
+    for name, column in columns.items():
         values, unit = _in_degrees(*column)
         told = f"{name}{MARK if name in marked else ''}"
-        curves.setdefault("" if unit == "1" else unit, {})[told] = index, values
+        curves.setdefault("" if unit == "1" else unit, {})[told] = values
     own = ylabel if len(curves) == 1 else ""
     panels = [
         Panel(own or f"[{unit or '–'}]", unit, (scales or {}).get(unit, 0.0), drawn, {})

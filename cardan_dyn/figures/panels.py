@@ -19,7 +19,7 @@ class Panel(NamedTuple):
         label: of the ordinate.
         unit: of the values.
         scale: size beside which they are rounding.
-        curves: names to the indices of their styles and to values `(N,)`.
+        curves: names to values `(N,)`; one name is drawn alike on all axes, and no other one is.
         limits: least and greatest that the curves of these names should keep to, drawn where they
             are near.
     """
@@ -27,7 +27,7 @@ class Panel(NamedTuple):
     label: str
     unit: str
     scale: float
-    curves: dict[str, tuple[int, Array]]
+    curves: dict[str, Array]
     limits: dict[str, tuple[float, float]]
 
 
@@ -61,10 +61,12 @@ def stacked(
     drawn = sheet(len(panels), size=size, share_x=True, ax=ax, figsize=figsize)
     first = [drawn.drawn(row) for row in range(len(panels))]
     drawn.over(at)
+    names = dict.fromkeys(name for panel in panels for name in panel.curves)
+    styles = {name: index for index, name in enumerate(names)}
     for row, (label, unit, scale, curves, limits) in enumerate(panels):
         panel, lines = drawn.panels[row], []
-        for name, (index, values) in curves.items():
-            lines += at.draw(panel, {name: values}, first[row] + index, **(line or {}))
+        for name, values in curves.items():
+            lines += at.draw(panel, {name: values}, first[row] + styles[name], **(line or {}))
             for side, limit in zip((-1.0, 1.0), limits.get(name, ()), strict=False):
                 if side * limit <= 2.0 * np.nanmax(side * values, initial=0.0):
                     panel.axhline(limit, color=lines[-1].get_color(), linestyle=":")

@@ -97,8 +97,12 @@ def require_matplotlib() -> None:
 
 
 def line_style(index: int) -> dict[str, Any]:
-    """Return colour and line style of the line with this index, for `Axes.plot`."""
-    color, style = _LINES[index % len(_LINES)]
+    """Return colour and line style of the line with this index, for `Axes.plot`.
+
+    Where colours come again, they have other line styles.
+    """
+    count = len(_LINES)
+    color, style = _LINES[index % count][0], _LINES[(index + index // count) % count][1]
     return {"color": color, "linestyle": style}
 
 

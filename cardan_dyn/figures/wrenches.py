@@ -80,7 +80,7 @@ def wrench_panels(
         star = MARK * any(name == quantity for _, name in opened)
         curves = [values_of(wrench, quantity) for wrench in wrenches]
         unit = QUANTITIES[quantity]
-        told = dict(zip(names, enumerate(curves), strict=True))
+        told = dict(zip(names, curves, strict=True))
         panels.append(Panel(f"{quantity}{star} [{unit}]", unit, whole[unit], told, {}))
     notes = [sign_note(turn, marked)]
     crosses = [name for name in joints if turn.mechanism.joint(name).type == "universal"]

@@ -330,7 +330,7 @@ class MotionPlot(Plot):
                     f", limit {amount(most, unit)}" if is_same else f", {span(least, most, unit)}"
                 )
             panel = found.setdefault(unit, Panel(f"effort of drives [{unit}]", unit, 0.0, {}, {}))
-            panel.curves[label] = len(panel.curves), values
+            panel.curves[label] = values
             if name in limits:
                 panel.limits[label] = limits[name]
         return list(found.values())

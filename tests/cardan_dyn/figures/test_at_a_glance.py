@@ -13,6 +13,7 @@ from cardan_dyn.figures.critical_speeds import campbell
 from cardan_dyn.figures.designs import contour_map, parallel_coordinates, scatter, tornado
 from cardan_dyn.figures.polar import force_polar
 from cardan_dyn.figures.style import over
+from cardan_dyn.scene.usual_motion import usual_motion
 
 SCENE = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -20.0})
 
@@ -190,3 +191,15 @@ def test_a_bar_without_a_result_says_so() -> None:
         "mass": "no result at the upper end",
         "none": "no result at the lower and upper end",
     }
+
+
+def test_a_style_is_that_of_one_name_on_all_axes() -> None:
+    """Efforts of drives, and below them forces of joints with other names."""
+    motion = usual_motion(cd.load("slider_crank"), samples=9, loads={"piston_guide": -60.0})
+    figure = motion.scene.sweep(motion.positions).plot()
+    lines = [line for axes in figure.axes for line in axes.get_lines()]
+    drawn = {
+        (str(line.get_label()), line.get_color()) for line in lines if line.get_label()[0] != "_"
+    }
+    names, colors = map(set, zip(*drawn, strict=True))
+    assert len(drawn) == len(names) == len(colors) > 2
