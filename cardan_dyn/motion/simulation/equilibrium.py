@@ -186,9 +186,9 @@ def _moved(statics: _Statics, place: _Place) -> tuple[_Place, bool]:
     if length > _LONGEST:
         step, length = step * (_LONGEST / length), _LONGEST
     shortest = 4.0 * EPS * (1.0 + float(np.abs(x).max()))
-    # Behind a step that is not cut, about its square is left.
-    is_last, refused = length <= math.sqrt(EPS), ""
+    refused = ""
     while length > shortest:
+        # About the square of a step is left behind it.
         is_near = length <= EPS ** (1.0 / 3.0)
         try:
             found = statics.place(x + step, is_near)
@@ -197,14 +197,12 @@ def _moved(statics: _Statics, place: _Place) -> tuple[_Place, bool]:
             refused = f". Beyond, {error}"
         else:
             left = math.hypot(*found.effort * scale)
-            if is_last and left <= statics.rounding:
-                return found, True
             if left < size:
                 return found, left <= 4.0 * EPS * max(statics.greatest, statics.wrench)
             if size <= 1e-11 * statics.greatest:  # Rounding is all that is left.
                 return place, True
-        step, length, is_last = 0.25 * step, 0.25 * length, False
-    if size <= statics.rounding:
+        step, length = 0.25 * step, 0.25 * length
+    if size <= max(NOTHING * statics.greatest, ROUNDED * statics.wrench):
         return place, True
     raise EquilibriumError(
         f"no equilibrium was found; from {x.tolist()} on, the effort needed grows in every "
@@ -239,11 +237,6 @@ class _Statics:
         self._stencil = np.vstack([np.zeros_like(self.scale), displacements(self.scale)])
         self.greatest = self.wrench = 0.0
         self.unit, self.is_at_kink = _FINER[0], False
-
-    @property
-    def rounding(self) -> float:
-        """Effort up to which a place is one of equilibrium where no step leads nearer [N·m]."""
-        return max(NOTHING * self.greatest, ROUNDED * self.wrench)
 
     def sweep(self, positions: Array) -> Sweep:
         """Return the scene at rest at positions `(N, f)`."""
