@@ -236,3 +236,11 @@ def test_damaged_descriptions_raise_nothing_else(data: st.DataObject) -> None:
         universal(mechanism, 0.3).sweep([0.0, 1.0], speed=2.0)
     except cd.CardanError:
         pass
+
+
+def test_what_does_not_move_at_all_has_warnings_as_well() -> None:
+    assert cd.load('<robot name="stone"><link name="ground"/></robot>').warnings == ()
+    text = """<sdf version="1.9"><model name="wall"><static>true</static><link name="stone"/>
+    </model></sdf>"""
+    (told,) = cd.load(text).warnings
+    assert "link 'stone': without <inertial>" in told

@@ -6,6 +6,7 @@ whatever notation they were read from: `==` compares contents, arrays included, 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -503,6 +504,25 @@ class Description(Value):
         }
         return {
             name: place for name, place in {**self.frames, **joints}.items() if name not in links
+        }
+
+    @property
+    def own_frames(self) -> dict[str, tuple[str, Array]]:
+        """Those of `frames` that are no ends of loops, for which MJCF has sites of their names."""
+        ends = [
+            (f"{loop.name}_{side}", getattr(loop, side), getattr(loop, origin)[:3, 3])
+            for loop in self.loops
+            for side, origin in loop.ENDS
+        ]
+        return {
+            name: (link, place)
+            for name, (link, place) in self.frames.items()
+            if not any(
+                re.fullmatch(rf"{re.escape(end)}(_\d+)?", name)
+                and link == at
+                and np.array_equal(place[:3, 3], point)
+                for end, at, point in ends
+            )
         }
 
     @property

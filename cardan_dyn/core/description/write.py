@@ -87,7 +87,7 @@ def _left_out(description: Description) -> list[str]:
     """Return what of a description a URDF does not say, in words."""
     named = {
         "keyframe": description.keyframes,
-        "frame": description.frames,
+        "frame": description.own_frames,
         "actuator": [item.name or item.joint for item in description.actuators],
     }
     gravity = ["gravity"] * description.states_gravity

@@ -491,6 +491,8 @@ class Mechanism(Frozen):
 
     def gaps(self, x: Array) -> dict[str, pinocchio.SE3]:
         """Return loops to the placements of their successor's end in their own, at `x (size,)`."""
+        if not self.loops:
+            return {}
         model, data = self.model, self.model.createData()
         pinocchio.forwardKinematics(model, data, self.coordinates.configuration(x[None])[0])
         # Not those in the world, from whose origin the mechanism may be so far that digits fail.

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from ....core.description.description import UNBOUNDED, ActuatorDescription
+from ....core.description.elements import GREATEST
+from ....kit.arrays import Array
 
 
 def actuators(
@@ -25,7 +27,7 @@ def actuators(
             is_direct, force = _force(model, index)
             control = UNBOUNDED
             if is_direct and model.actuator_ctrllimited[index]:
-                control = _ends(model.actuator_ctrlrange[index])
+                control = ends(model.actuator_ctrlrange[index])
             yield ActuatorDescription(
                 model.actuator(index).name,
                 names[joint],
@@ -61,20 +63,21 @@ def _force(model: Any, index: int) -> tuple[bool, tuple[float, float]]:
     force = control = np.array(UNBOUNDED)
     clamps = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL
     if clamps and model.actuator_ctrllimited[index] and (follows or kind == dynamics.mjDYN_NONE):
-        control = model.actuator_ctrlrange[index]
+        control = np.array(ends(model.actuator_ctrlrange[index]))
         if follows:  # From zero, where an activation starts.
             control = np.array([min(control[0], 0.0), max(control[1], 0.0)])
     if model.actuator_actlimited[index]:
-        control = np.clip(control, *model.actuator_actrange[index])
+        control = np.clip(control, *ends(model.actuator_actrange[index]))
     if is_constant:
         force = np.sort(gain[0] * control if gain[0] else np.zeros(2)) + offset[0] * has_bias
     if model.actuator_forcelimited[index]:
         force = np.clip(force, *model.actuator_forcerange[index])
     is_direct = is_constant and kind == dynamics.mjDYN_NONE and gain[0] == 1.0
-    return is_direct and not (has_bias and offset[0]), _ends(force)
+    return is_direct and not (has_bias and offset[0]), ends(force)
 
 
-def _ends(values: Any) -> tuple[float, float]:
-    """Return the least and the greatest value as numbers."""
-    least, greatest = (float(value) for value in values)
+def ends(values: Array) -> tuple[float, float]:
+    """Return the least and the greatest value of a range, infinite beyond `GREATEST`."""
+    infinite = np.copysign(np.inf, values)
+    least, greatest = np.where(np.abs(values) > GREATEST, infinite, values).tolist()
     return least, greatest

@@ -38,7 +38,7 @@ from ....core.description.left_out import forces_left_out, line_of
 from ....kit.arrays import Array, inverse, quaternion_product
 from ....kit.errors import ModelError
 from ....kit.frozen import FrozenDict, frozen
-from .actuators import actuators
+from .actuators import actuators, ends
 from .compiled import Compiled, compiled, placement
 
 _TYPES = ("floating", "spherical", "prismatic", "revolute")
@@ -218,7 +218,7 @@ class _Reader:
             return replace(joint, type="fixed", origin=placed, armature=())
         limits, (dynamics, _) = self._efforts(index, fixed.name), self._along(index)
         if item.limited[0]:
-            lower, upper = (item.range - initial).tolist()
+            lower, upper = ends(item.range - initial)
             limits = replace(limits, lower=lower, upper=upper)
         elif kind == "revolute":
             kind = "continuous"
@@ -248,7 +248,7 @@ class _Reader:
             )
         if self._model.jnt_actfrclimited[index]:
             found = np.clip(found, *self._model.jnt_actfrcrange[index])
-        least, greatest = found.tolist()
+        least, greatest = ends(found)
         return Limits(effort=greatest, least_effort=least)
 
     def other_actuators(self) -> list[str]:

@@ -13,10 +13,10 @@ body with the joints before and behind it; others are refused.
 
 Bodies nested more than 300 deep are written, but not read back by this package.
 
-Limits of position and effort are written where both are finite, those of effort as what MuJoCo lets
-motors exert on a joint unless motors are bounded alike; joints stand in their order as far as
-bodies do. Of what MJCF has no word for, `written` returns a list, without limits of speed,
-which no result judges, names of fixed joints, visuals and warnings.
+Limits of effort are written as what MuJoCo lets motors exert on a joint unless motors are bounded
+alike, infinite ones as the greatest number; joints stand in their order as far as bodies do. Of
+what MJCF has no word for, `written` returns a list, without limits of speed, which no result
+judges, names of fixed joints, visuals and warnings.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ import pinocchio
 
 from ....core.description.bodies import bodies_of
 from ....core.description.description import (
+    UNBOUNDED,
     ActuatorDescription,
     Description,
     Dynamics,
@@ -97,6 +98,7 @@ class _MjcfWriter:
             "body": {link.name for link in description.links},
             "joint": joints,
             "equality": joints | {item.name for item in description.couplings},
+            "site": {*description.own_frames},
         }
         self._carried: dict[str, list[JointOrLoop]] = {link.name: [] for link in description.links}
         for joint in description.joints:
@@ -162,17 +164,16 @@ class _MjcfWriter:
             ranges = {"ctrlrange": item.control, "forcerange": item.force}
             if item in driven or item.force == item.control:
                 del ranges["forcerange"]
-            stated |= {name: words(ends) for name, ends in ranges.items() if _is_range(ends)}
+            stated |= {name: text for name, ends in ranges.items() if (text := _range(ends))}
             SubElement(result, "motor", stated)
         return result
 
     def _write_sites(self) -> None:
-        """Add what is fixed in links, but for sites of loops, which a file written here has."""
-        sites = {item.get("name") for item in self._world.iter("site")}
-        for name, (link, placement) in self._description.frames.items():
+        """Add what is fixed in links beside the ends of loops."""
+        for name, (link, placement) in self._description.own_frames.items():
             if link not in self._elements:
                 self.left_out.append(f"frame {name!r}")
-            elif name not in sites:
+            else:
                 SubElement(self._elements[link], "site", {"name": name, **pose_of(placement, name)})
 
     def _keyframes(self) -> Element:
@@ -321,7 +322,7 @@ class _MjcfWriter:
         self.left_out += [
             f"limits of {what} of {joint.name!r}"
             for what, ends in stated.items()
-            if not _is_range(ends) and any(map(np.isfinite, ends)) and any(ends)
+            if not _range(ends) and ends != UNBOUNDED and any(ends)
         ]
         return ranges
 
@@ -367,7 +368,7 @@ class _MjcfWriter:
         else:
             name, kind = unique(f"{loop.name}_weld", self._taken["equality"]), "weld"
             start = self._halves[loop.name], np.eye(4)
-        sites = [f"{loop.name}_predecessor", f"{loop.name}_successor"]
+        sites = [unique(f"{name}_{side}", self._taken["site"]) for side, _ in loop.ENDS]
         ends = start, (self._elements[loop.successor], loop.successor_origin)
         for site, (element, origin) in zip(sites, ends, strict=True):
             SubElement(element, "site", {"name": site, **pose_of(origin, site)})
@@ -429,12 +430,14 @@ def ranges_of(limits: Limits) -> dict[str, str]:
     """Return the attributes of a joint's limits; none where MJCF has no notation for them."""
     bounds = (limits.lower, limits.upper), limits.efforts
     names = ("range", "actuatorfrcrange")
-    return {name: words(ends) for name, ends in zip(names, bounds, strict=True) if _is_range(ends)}
+    stated = ((name, _range(ends)) for name, ends in zip(names, bounds, strict=True))
+    return {name: text for name, text in stated if text}
 
 
-def _is_range(ends: tuple[float, float]) -> bool:
-    """Return whether MJCF has a notation for a least and a greatest value."""
-    return bool(np.isfinite(ends).all()) and ends[0] < ends[1]
+def _range(ends: tuple[float, float]) -> str:
+    """Return a least and a greatest value in words; none where MJCF has no notation for them."""
+    bounds = ends[0] < ends[1] and ends != UNBOUNDED
+    return words(np.nan_to_num(ends)) if bounds else ""
 
 
 def dynamics_of(dynamics: Dynamics) -> dict[str, str]:

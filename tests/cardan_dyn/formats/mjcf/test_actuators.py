@@ -79,10 +79,29 @@ def test_limits_are_what_mujoco_exerts_at_most(actuators: str, joint: str) -> No
     limits = read(text, strict=False).joints[-1].limits
     np.testing.assert_allclose(limits.efforts, exerted(text), rtol=1e-12)
     # And so it is of what is written, if that is a range.
-    if limits.efforts[0] < limits.efforts[1] and all(map(np.isfinite, limits.efforts)):
+    if limits.efforts[0] < limits.efforts[1]:
         written = to_mjcf(read(text, strict=False))
         assert read(written).joints[-1].limits == limits
         np.testing.assert_allclose(limits.efforts, exerted(written), rtol=1e-12)
+
+
+def test_limits_on_one_side_stay_so(tmp_path: Path) -> None:
+    """As the greatest number on the other side, which no motion of MuJoCo's comes near."""
+    text = """<robot name="r"><link name="ground"/><link name="rod"><inertial><mass value="2"/>
+    <inertia ixx="1" iyy="1" izz="1"/></inertial></link><joint name="ram" type="prismatic"
+    independent="true"><parent link="ground"/><child link="rod"/><axis xyz="0 0 1"/>
+    <limit lower="-inf" upper="0.5" velocity="inf" effort="inf" least_effort="-3"/></joint>
+    </robot>"""
+    path = cd.write(cd.load(text), tmp_path / "rod.xml")  # And no warning.
+    joint = cd.load(path).description.joints[-1]
+    assert (joint.limits.lower, joint.limits.upper) == (-np.inf, 0.5)
+    assert joint.limits.efforts == (-3.0, np.inf)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    for position, stopped in ((-1e6, False), (0.4, False), (0.6, True)):
+        data.qpos[0] = position
+        mujoco.mj_forward(model, data)
+        assert (data.nefc > 0) == stopped
 
 
 def test_controls_are_not_clamped_where_the_file_says_so() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -57,7 +58,7 @@ def test_what_mujoco_does_not_combine() -> None:
     [
         (Limits(), {}),
         (Limits(-1.0, 2.0), {"range": "-1.0 2.0"}),
-        (Limits(-1.0), {}),
+        (Limits(-1.0), {"range": f"-1.0 {sys.float_info.max!r}"}),
         (Limits(0.0, 0.0, 1.0, 3.0), {"actuatorfrcrange": "-3.0 3.0"}),
         (Limits(-1.0, 2.0, effort=0.0), {"range": "-1.0 2.0"}),
         (Limits(2.0, 1.0), {}),
