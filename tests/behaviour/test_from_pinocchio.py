@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import copy
+import importlib.util
 import pickle
+import sys
+import types
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -317,10 +320,33 @@ def test_a_mechanism_of_a_model_is_written_and_pickled() -> None:
         np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
+def test_robots_of_robot_descriptions_have_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the functions of that package, which loads its robots from the internet."""
+    if importlib.util.find_spec("robot_descriptions") is None:
+        with pytest.raises(cd.ArgumentError, match="pip install robot_descriptions"):
+            cd.from_pinocchio("arm_description")
+    model, _ = linkage({"a": pin.JointModelRX(), "b": pin.JointModelPZ()})
+    package, loader = (
+        types.ModuleType(name)
+        for name in ("robot_descriptions", "robot_descriptions.loaders.pinocchio")
+    )
+    package.DESCRIPTIONS = {"arm_description": object(), "leg_description": object()}
+    loader.load_robot_description = {"arm_description": pin.RobotWrapper(model)}.__getitem__
+    for name, module in (
+        (package.__name__, package),
+        ("robot_descriptions.loaders", types.ModuleType("robot_descriptions.loaders")),
+        (loader.__name__, loader),
+    ):
+        monkeypatch.setitem(sys.modules, name, module)
+    assert cd.from_pinocchio("arm_description").description == cd.from_pinocchio(model).description
+    with pytest.raises(cd.ModelError, match=r"robot 'arm' does not exist.*arm_description"):
+        cd.from_pinocchio("arm")
+
+
 def test_what_is_refused() -> None:
     model, ids = linkage({"a": joint("RX"), "b": joint("PY")})
-    with pytest.raises(cd.ArgumentError, match=r"takes a pin\.Model, not 'four_bar'"):
-        cd.from_pinocchio("four_bar")  # type: ignore[arg-type]
+    with pytest.raises(cd.ArgumentError, match=r"takes a pin\.Model, not 4"):
+        cd.from_pinocchio(4)  # type: ignore[arg-type]
     with pytest.raises(cd.ModelError, match="joint 'c' does not exist; joints: a, b"):
         cd.from_pinocchio(model, actuated=["c"])
     with pytest.raises(cd.ModelError, match="of 0 rows closes no loop here"):

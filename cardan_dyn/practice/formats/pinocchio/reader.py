@@ -62,7 +62,7 @@ _LOOPS = {3: "spherical", 6: "fixed"}
 
 
 def from_pinocchio(
-    model: pinocchio.Model,
+    model: pinocchio.Model | str,
     constraint_models: Iterable[Any] = (),
     *,
     actuated: Iterable[str] | None = None,
@@ -77,7 +77,8 @@ def from_pinocchio(
     given `gravity="description"`.
 
     Args:
-        model: a `pin.Model`, or what has one as its `model` (`pin.RobotWrapper`).
+        model: a `pin.Model`, or what has one as its `model` (`pin.RobotWrapper`), or the name of a
+            robot of the package `robot_descriptions`, such as `panda_description`.
         constraint_models: what closes its loops: `pin.RigidConstraintModel` of contact type 3D (a
             ball) and 6D (a weld), `pin.PointAnchorConstraintModel`,
             `pin.FrameAnchorConstraintModel`, and these in a `pin.ConstraintModel`.
@@ -87,15 +88,30 @@ def from_pinocchio(
         forces: as of `load`, of joints that follow others: `k_mimic` is the coupling of `k`.
 
     Raises:
-        ArgumentError: there is no model, the tolerance is negative or no number, or `forces` names
-            no coupling.
+        ArgumentError: there is no model, no robot of that name, or `robot_descriptions` is not
+            installed; the tolerance is negative or no number, or `forces` names no coupling.
         ModelError: a joint or constraint of another kind, or a name that no joint has.
     """
+    if isinstance(model, str):
+        model = _published(model)
     found = getattr(model, "model", model)
     if not isinstance(found, pinocchio.Model):
         raise ArgumentError(f"from_pinocchio() takes a pin.Model, not {told(model)}")
     reader = _Reader(found, tuple(constraint_models), flag("strict", strict))
     return made(reader.description(actuated), closure_tolerance, forces)
+
+
+def _published(name: str) -> Any:
+    """Return the robot of that name in `robot_descriptions`, as Pinocchio loads it."""
+    try:
+        from robot_descriptions import DESCRIPTIONS
+        from robot_descriptions.loaders.pinocchio import load_robot_description
+    except ImportError as error:
+        raise ArgumentError(
+            f"from_pinocchio() takes a pin.Model, or {name!r} where robot_descriptions is "
+            "installed: pip install robot_descriptions; files are read by load()"
+        ) from error
+    return load_robot_description(one_of(name, DESCRIPTIONS, "robot", "robot_descriptions"))
 
 
 class _Reader:
