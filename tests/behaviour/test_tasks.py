@@ -72,14 +72,31 @@ def test_five_bar_against_its_free_bodies() -> None:
     machine = five_bar(loads=PULL).machine
     driven = machine.sweep(sweep.position, sweep.speed, sweep.acceleration)
     assert driven["pin"].force == pytest.approx(sweep["pin"].force, abs=1e-12)
+    # By virtual work, what would act along x and y if these were driven.
+    along = machine.jacobian("load", position=sweep.position)[:, :2]
+    assert 1.0 / np.linalg.det(along) == pytest.approx(
+        [-22.023706, -24.979151, -19.902683, -19.902683], abs=1e-6
+    )
+    acting = np.linalg.solve(np.swapaxes(along, 1, 2), sweep.drive_effort[..., None])[..., 0]
+    np.testing.assert_allclose(
+        acting,
+        [
+            [-7.81098681626807, 20.6446516638922],
+            [-3.0, 17.3056846313723],
+            [1.12075406638813, 22.3834239769646],
+            [-7.12075406638813, 22.3834239769646],
+        ],
+        rtol=0.0,
+        atol=1e-12 * 23.0,
+    )
 
 
 def test_second_kind_of_singular_configuration() -> None:
     scene = five_bar(0.0, 0.0)
     level = np.sqrt(0.2**2 - 0.15**2)  # Where the distal links are in line.
-    above = np.array([1e-2, 1e-4])
+    above = np.array([1e-2, 1e-4, 1e-6])
     sweep = scene.sweep(np.stack([0.0 * above, level + above], axis=-1))
-    expected = np.array([17.3305405535768, 1623.27996234831])
+    expected = np.array([17.3305405535768, 1623.27996234831, 162218.730885297])
     tolerance = 1e-15 * sweep.condition * expected
     assert np.all(np.abs(sweep.drive_effort[:, 0] + expected) < tolerance)
     assert np.all(np.abs(sweep.drive_effort[:, 1] - expected) < tolerance)

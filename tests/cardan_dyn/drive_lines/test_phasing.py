@@ -73,6 +73,23 @@ def test_a_residual_that_cannot_vanish() -> None:
     assert found.value == pytest.approx(found.bound, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("bends", "degrees"),
+    [
+        ((6, 10, 12), 0.037033221952),
+        ((20, 25, 15), 0.043132871372),
+        ((5, 12, 4), 0.453869997385),
+    ],
+)
+def test_what_stays_of_three_joints_that_cannot_run_evenly(
+    bends: tuple[int, ...], degrees: float
+) -> None:
+    """arcsin tanh(d/2), where d = -ln cos of the greatest angle is left over by the others'."""
+    slopes = np.radians(np.cumsum([0, *bends]))
+    found = DriveLine(shafts=[Shaft(length=1.0, slope_side=slope) for slope in slopes]).phasing()
+    assert math.degrees(found.angle_error) == pytest.approx(degrees, abs=1e-11)
+
+
 def test_the_mechanism_turns_evenly() -> None:
     line = random_line(3, seed=5)
     found = line.phasing()
