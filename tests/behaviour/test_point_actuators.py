@@ -342,8 +342,10 @@ def test_the_stiffness_of_a_turning_block_is_the_slope_of_its_law() -> None:
 def test_what_has_no_tangent_is_refused(
     thrust: object, of: object, error: type[Exception], words: str
 ) -> None:
+    # Far from a resonance, and so light that no other motions are looked for beside the first.
+    scene = rotor((thrust, of)).replace(gravity=(0.0, -1.0, 0.0))
     with pytest.raises(error, match=words):
-        vibration.linearise(rotor((thrust, of)), 5.0)
+        vibration.linearise(scene, 5.0)
 
 
 def test_a_simulation_ends_where_a_table_does() -> None:

@@ -10,6 +10,7 @@ import os
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 
@@ -24,9 +25,12 @@ def followed(page: Path, folder: Path) -> list[str]:
 
     Args:
         page: with Python in blocks, and what it prints in blocks of text.
-        folder: in which it is run, by the Python that runs this.
+        folder: in which it is run, by the Python that runs this, with the package that this finds:
+            where there are several checkouts, an installed one may be another.
     """
-    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    package = find_spec("cardan_dyn")
+    assert package is not None and package.origin is not None, "cardan_dyn is not installed"
+    environment = {**os.environ, "PYTHONPATH": str(Path(package.origin).parents[1])}
     code = "\n".join(blocks(page, "python"))
     ran = subprocess.run(
         [sys.executable, "-c", code], cwd=folder, env=environment, capture_output=True, text=True
