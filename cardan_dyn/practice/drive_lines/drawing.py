@@ -25,12 +25,23 @@ from ...figures.style import (
 )
 from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ArgumentError, ModelError
+from ..formats.visuals import urdf_visual
+from ..viewer.visuals import surface_of
 from .line.files import units_of
-from .line.supports import Support, spline_distance, supports
+from .line.supports import Support, supports
+from .line.visuals import (
+    cross_visuals,
+    rear_fork_visuals,
+    shaft_length,
+    shaft_radius,
+    shaft_visuals,
+)
 from .verdict.rows import HEADINGS, OPEN, VerdictRow
 from .wording import Wording
 
 if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
     from .line.data import LineData
 
 WIDTH = 6.8
@@ -39,8 +50,6 @@ _PANEL = 6.0
 """Width of its axes without their labels [inch]."""
 _TALLEST = 3.0
 """Greatest height of a line in one view [inch]."""
-_STUB = 0.12
-"""Length of an end shaft that has none, relative to all intermediate shafts."""
 _ROOM = 0.04
 """Room around the line, relative to its length."""
 SMALL = 8
@@ -133,15 +142,8 @@ def line_points(line: LineData) -> Array:
     An end shaft goes on to its farthest bearing, or by a stub.
     """
     found = line.geometry
-    inner = found.lengths[1:-1]
-    stub = _STUB * float(inner.sum()) if inner.size else 6.0 * nominal_diameter(line)
-    ends = []
-    for end in (0, -1):
-        length = float(found.lengths[end])
-        places = [item.distance for item in line.shafts[end].bearings]
-        ends.append(length if np.isfinite(length) else 1.15 * max(places, default=stub / 1.15))
-    first = found.centres[0] - ends[0] * found.directions[0]
-    last = found.centres[-1] + ends[1] * found.directions[-1]
+    first = found.centres[0] - shaft_length(line, 0) * found.directions[0]
+    last = found.centres[-1] + shaft_length(line, line.count) * found.directions[-1]
     return np.vstack([first, found.centres, last])
 
 
@@ -273,50 +275,31 @@ class Solid(NamedTuple):
 
 
 def solids(line: LineData) -> list[Solid]:
-    """Return what a line is drawn of: shafts, forks, crosses, sleeves, at rotation zero."""
-    found, points = line.geometry, line_points(line)
+    """Return what a line is drawn of: the visuals of its links, at rotation zero."""
+    centres, axes, (front, rear) = line.geometry.centres, line.geometry.directions, fork_pins(line)
     shapes: list[Solid] = []
-    radii = shaft_radii(line)
-    spans = joint_radii(line, radii)
-    front, rear = fork_pins(line)
-    for k, shaft in enumerate(line.shafts):
-        axis, color = found.directions[k], _tint(line_style(k)["color"])
-        length = float(np.linalg.norm(points[k + 1] - points[k]))
-        begin, end = 0.0, length
-        for at_rear in (False, True):
-            joint = k if at_rear else k - 1
-            if not 0 <= joint < line.count:
-                continue
-            span = spans[joint]
-            depth = min(_FORK_DEPTH * span, 0.45 * length)
-            centre = found.centres[joint]
-            way = -axis if at_rear else axis
-            if line.even[joint]:
-                if at_rear:
-                    shapes.append(Solid(_ball(centre, span), _tint("#666666")))
-                depth = 0.8 * span
-            else:
-                pin = (rear if at_rear else front)[k]
-                shapes += _fork(centre, way, pin, span, depth, radii[k], color)
-                shapes.append(
-                    Solid(_rod(centre - span * pin, centre + span * pin, 0.2 * span), "0.85")
-                )
-            if at_rear:
-                end = length - 0.8 * depth
-            else:
-                begin = 0.8 * depth
-        start = points[k]
-        if end > begin:
-            body = _rod(start + begin * axis, start + end * axis, radii[k])
-            shapes.append(Solid(body, color))
-        if shaft.spline is not None:
-            place = spline_distance(line, k)
-            half = 0.5 * (shaft.spline.profile or 3.0 * radii[k])
-            low, high = max(place - half, begin), min(place + half, end)
-            if high > low:
-                sleeve = _rod(start + low * axis, start + high * axis, 1.2 * radii[k])
-                shapes.append(Solid(sleeve, color))
+    for k, axis in enumerate(axes):
+        color = _tint(line_style(k)["color"])
+        pin = np.cross(front[k], axis) if k else rear[0]
+        shapes += _placed(shaft_visuals(line, k), centres[max(k - 1, 0)], axis, pin, color)
+        if 0 < k < line.count:
+            shapes += _placed(rear_fork_visuals(line, k), centres[k], axis, rear[k], color)
+        if k < line.count and not line.even[k]:
+            normal = np.cross(rear[k], front[k + 1])
+            shapes += _placed(cross_visuals(line, k + 1), centres[k], normal, rear[k], "0.85")
     return shapes
+
+
+def _placed(visuals: list[Element], centre: Array, x: Array, y: Array, color: str) -> list[Solid]:
+    """Return visuals of a link at a place, with its x and y axes."""
+    rotation = np.stack([x, y, np.cross(x, y)])
+    found = []
+    for element in visuals:
+        visual = urdf_visual({}, None, "", element)
+        points, _ = surface_of(visual.kind, visual.size)
+        points = points @ visual.placement[:3, :3].T + visual.placement[:3, 3]
+        found.append(Solid(points @ rotation + centre, color))
+    return found
 
 
 def fork_pins(line: LineData) -> tuple[Array, Array]:
@@ -335,102 +318,6 @@ def fork_pins(line: LineData) -> tuple[Array, Array]:
             pins[k] = frames[k] @ [0.0, np.cos(turn), np.sin(turn)]
     front[0], rear[-1] = np.nan, np.nan
     return front, rear
-
-
-def shaft_radii(line: LineData) -> list[float]:
-    """Return the radius of each shaft [m]; one that goes with the line without a tube."""
-    plain = nominal_diameter(line) / 2.0
-    return [shaft.tube.outer_diameter / 2.0 if shaft.tube else plain for shaft in line.shafts]
-
-
-def nominal_diameter(line: LineData) -> float:
-    """Return a diameter that goes with a line [m], for shafts without a tube."""
-    tubes = [shaft.tube.outer_diameter for shaft in line.shafts if shaft.tube]
-    spans = [joint.cross_span for joint in line.joints if joint.cross_span]
-    if tubes or spans:
-        return 0.7 * min([*tubes, *spans])
-    lengths = line.geometry.lengths[1:-1]
-    if not lengths.size:
-        return _PLAIN_DIAMETER
-    return float(min(_SLENDER * lengths.sum(), _SHORT * lengths.min()))
-
-
-def joint_radii(line: LineData, radii: list[float]) -> list[float]:
-    """Return half the span of each cross [m]; one that goes with its shafts unless given."""
-    return [
-        joint.cross_span / 2.0 or _NOMINAL_SPAN * max(radii[k : k + 2])
-        for k, joint in enumerate(line.joints)
-    ]
-
-
-_FORK_DEPTH = 1.15
-"""Distance from a joint to the foot of its forks, relative to half the span of the cross."""
-_NOMINAL_SPAN = 1.25
-"""Half the span of a cross, relative to the radius of the thicker shaft."""
-_PLAIN_DIAMETER = 0.06
-"""Of shafts of a line of which no length is known [m]."""
-_SLENDER, _SHORT = 0.045, 0.3
-"""Diameter of shafts without a tube, relative to the length of all between joints and to the
-shortest of them."""
-_CORNERS = 20
-"""Of a circle."""
-
-
-def _fork(
-    centre: Array, way: Array, pin: Array, span: float, depth: float, radius: float, color: str
-) -> list[Solid]:
-    """Return a fork: two arms and a foot, which stands off from its joint along `way`."""
-    normal = np.cross(way, pin)
-    arms = []
-    for side in (-1.0, 1.0):
-        near, far = centre - 0.32 * span * way, centre + depth * way
-        inner, outer = 0.7 * span * side * pin, span * side * pin
-        thick = 0.34 * span * normal
-        corners = [
-            place + across + up
-            for place in (near, far)
-            for across in (inner, outer)
-            for up in (-thick, thick)
-        ]
-        arms.append(Solid(np.array(corners), color))
-    wide = 0.34 * span * normal
-    foot = [
-        centre + along * way + across * span * pin + up
-        for along in (0.75 * depth, depth)
-        for across in (-1.0, 1.0)
-        for up in (-wide, wide)
-    ]
-    neck = _rod(centre + 0.8 * depth * way, centre + depth * way, min(radius, span))
-    return [*arms, Solid(np.array(foot), color), Solid(neck, color)]
-
-
-def _rod(start: Array, end: Array, radius: float) -> Array:
-    """Return points `(p, 3)` whose hull is a cylinder."""
-    axis = (end - start) / np.linalg.norm(end - start)
-    one = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    one /= np.linalg.norm(one)
-    two = np.cross(axis, one)
-    turn = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
-    ring = radius * (np.outer(np.cos(turn), one) + np.outer(np.sin(turn), two))
-    return np.concatenate([start + ring, end + ring])
-
-
-def _ball(centre: Array, radius: float) -> Array:
-    """Return points `(p, 3)` whose hull is nearly a ball."""
-    turn = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
-    height = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _CORNERS // 2 + 1)
-    rings = [
-        np.stack(
-            [
-                np.cos(up) * np.cos(turn),
-                np.cos(up) * np.sin(turn),
-                np.full_like(turn, np.sin(up)),
-            ],
-            axis=1,
-        )
-        for up in height
-    ]
-    return centre + radius * np.concatenate(rings)
 
 
 def hull(points: Array) -> Array:
@@ -471,7 +358,7 @@ def _bearing_place(line: LineData, item: Support) -> tuple[Array, float]:
     found, k = line.geometry, item.shaft
     along = -item.distance if k == 0 else item.distance
     place = found.centres[max(k - 1, 0)] + along * found.directions[k]
-    return place, shaft_radii(line)[k]
+    return place, shaft_radius(line, k)
 
 
 def _ticks(wording: Wording) -> Any:

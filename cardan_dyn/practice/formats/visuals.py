@@ -39,16 +39,26 @@ def _of_urdf(robot: Element, folder: Path | None) -> tuple[list[Visual], list[st
     ):
         if element.find("color") is not None:
             materials.setdefault(element.get("name", ""), element)
-    return read_in_links(robot, partial(_urdf_visual, materials, folder))
+    return read_in_links(robot, partial(urdf_visual, materials, folder))
 
 
-def _urdf_visual(
+def urdf_visual(
     materials: Mapping[str, Element],
     folder: Path | None,
     link: str,
     element: Element,
 ) -> Visual:
-    """Return a `<visual>` of a URDF."""
+    """Return a `<visual>` of a URDF.
+
+    Args:
+        materials: by their names.
+        folder: where relative paths start; None for text.
+        link: name of the link.
+        element: the visual.
+
+    Raises:
+        ModelError: it has no shape, or several, or a size that is none.
+    """
     geometry = only(element, "geometry", "it")
     shapes = [] if geometry is None else [item for item in geometry if item.tag in SIZES]
     if len(shapes) != 1:

@@ -13,6 +13,7 @@ from matplotlib.text import Text
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Tube, examples
 from cardan_dyn.practice.drive_lines import drawing
 from cardan_dyn.practice.drive_lines.wording import Wording
+from cardan_dyn.practice.formats.visuals import visuals_of
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -45,14 +46,29 @@ def test_shafts_and_crosses_are_to_scale() -> None:
         Shaft(),
     ]
     line = DriveLine(shafts=shafts, joints=[ShaftJoint(cross_span=0.15), ShaftJoint()])
-    assert drawing.shaft_radii(line)[1] == 0.06
-    assert drawing.joint_radii(line, drawing.shaft_radii(line))[0] == 0.075
     parts = np.concatenate([part.points for part in drawing.solids(line)])
+    middle = [part.points for part in drawing.solids(line) if np.ptp(part.points[:, 0]) > 0.5]
+    assert len(middle) == 1 and np.abs(middle[0][:, 1]).max() == pytest.approx(0.06)
     near = parts[np.abs(parts[:, 0]) < 0.02]
     # The cross of joint 1: its driving pin to the left, its other one up.
     assert np.abs(near[:, 1]).max() == pytest.approx(0.075, abs=0.02)
     along = drawing.line_points(line)
     assert along[1:3] == pytest.approx(np.array([[0.0, 0.0, 0.0], [0.8, 0.0, 0.0]]))
+
+
+@pytest.mark.parametrize("name", ["truck", "pto", "paper_machine"])
+def test_a_drawing_shows_what_stands_in_the_scene(name: str) -> None:
+    line = DriveLine.from_toml(name)
+    turn = line.scene().sweep([0.0])
+    visuals, _ = visuals_of(line.mechanism.description)
+    places = [
+        turn.point(item.link).position[0] + turn.orientation(item.link)[0] @ item.placement[:3, 3]
+        for item in visuals
+    ]
+    drawn = [part.points.mean(axis=0) for part in drawing.solids(line)]
+    assert len(drawn) == len(places)
+    order = [int(np.argmin(np.linalg.norm(np.array(drawn) - place, axis=1))) for place in places]
+    np.testing.assert_allclose(np.array(drawn)[order], places, atol=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Spline, Tube
-from cardan_dyn.practice.drive_lines.line.closed_chain import cross_visuals, shaft_visuals
+from cardan_dyn.practice.drive_lines.line.supports import spline_distance
+from cardan_dyn.practice.drive_lines.line.visuals import cross_visuals, shaft_visuals
 from cardan_dyn.practice.formats.visuals import visuals_of
 
 LINE = DriveLine(
@@ -26,10 +27,25 @@ def span(visual: ElementTree.Element) -> tuple[float, float]:
 
 def test_shafts_lie_between_their_joints() -> None:
     (first, *_), (middle, *_), (last, *_) = (shaft_visuals(LINE, index) for index in range(3))
-    assert span(first) == (-0.3, -0.06)
-    assert span(middle) == (0.1, 0.8)
+    assert span(first) == (-0.345, -0.069)
+    assert span(middle) == (0.08, 0.8)
     assert span(last) == (0.08, 0.4)
     assert middle.find("geometry/cylinder").get("radius") == "0.05"
+
+
+def test_splines_have_sleeves() -> None:
+    line = LINE.replace(
+        shafts=[
+            LINE.shafts[0],
+            Shaft(length=0.9, tube=Tube(outer_diameter=0.1, wall=0.01), spline=Spline(profile=0.2)),
+            LINE.shafts[2],
+        ]
+    )
+    *_, sleeve = shaft_visuals(line, 1)
+    assert sleeve.get("name") == "sleeve_1"
+    low, high = span(sleeve)
+    assert high - low == pytest.approx(0.2)
+    assert spline_distance(line, 1) == pytest.approx((low + high) / 2)
 
 
 def test_crosses_have_two_pins() -> None:

@@ -26,5 +26,5 @@ def test_views_say_angles_forks_and_names() -> None:
 def test_end_shafts_without_length_have_a_stub() -> None:
     line = DriveLine(shafts=[Shaft(), Shaft(length=1.0, slope_side=0.1), Shaft()])
     points = line_points(line)
-    np.testing.assert_allclose(points[0], [-0.12, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(points[0], [-0.2, 0.0, 0.0], atol=1e-12)
     assert points[-1, 2] == points[-2, 2]

@@ -43,19 +43,16 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ....core.description.elements import words
 from ....kit.arrays import Array
 from .data import LineData
 from .geometry import centring_places, leftwards
 from .parts import ShaftJoint
 from .supports import Support, hangs_by_rear, in_order, spline_distance, supports
+from .visuals import cross_visuals, rear_fork_visuals, shaft_visuals
 
 X, Y, Z = np.eye(3)
 _RANGE = {"revolute": 3.15, "prismatic": 1.0}
 """Limits that URDF asks for [rad, m]; scenes do not regard them."""
-_SLENDERNESS = 12.0
-"""Length of a shaft over its diameter where no tube says its diameter."""
-_ALONG = {"x": f"0 {math.pi / 2!r} 0", "y": f"{math.pi / 2!r} 0 0", "z": "0 0 0"}
 
 
 def urdf(line: LineData) -> str:
@@ -300,7 +297,7 @@ class _Writer:
     def rear_fork(self, k: int, carrier: str) -> str:
         """Write the rear fork of an intermediate shaft, and return its link."""
         shaft, end = self.line.shafts[k], float(self.line.geometry.lengths[k])
-        self.link(f"fork_{k}", visuals=fork_visuals(self.line, k + 1, -fork_base(self.line, k)))
+        self.link(f"fork_{k}", visuals=rear_fork_visuals(self.line, k))
         if shaft.spline is None:
             self.link(f"tube_end_{k}")
             at = (end, 0.0, 0.0)
@@ -501,103 +498,3 @@ def _piece(mass: float, inertia: float, length: float, start: float, end: float)
         return None
     own, about = mass * share, inertia * share
     return Body(own, (start + end) / 2.0, about, own * (end - start) ** 2 / 12.0 + about / 2.0)
-
-
-def shaft_visuals(line: LineData, index: int) -> list[ElementTree.Element]:
-    """Return the shape of a shaft: a cylinder along x from its joint, and its fork there."""
-    length = _length(line, index)
-    gap = fork_base(line, index)
-    front = gap if index else -length
-    rear = -gap if index == 0 else length - (gap if index < line.count else 0.0)
-    middle = (front + rear) / 2.0
-    tube = line.shafts[index].tube
-    radius = (tube.outer_diameter if tube else _diameter(line)) / 2.0
-    tube_shape = _cylinder(f"tube_{index}", middle, "x", radius, rear - front)
-    fork = fork_visuals(line, 1, -gap) if index == 0 else fork_visuals(line, index, gap)
-    return [tube_shape, *fork]
-
-
-def fork_base(line: LineData, index: int) -> float:
-    """Return how far the base of a shaft's fork is from the joint [m]."""
-    return min(_diameter(line), 0.2 * _length(line, index))
-
-
-def fork_visuals(line: LineData, number: int, base: float) -> list[ElementTree.Element]:
-    """Return the shape of a fork of a joint, about whose centre it is described.
-
-    Args:
-        line: the line.
-        number: of the joint.
-        base: x of the fork's base [m]; the driving fork, whose pins are along y, is before the
-            joint, the driven one, whose pins are along z, behind it.
-    """
-    if line.even[number - 1]:
-        return [_sphere(f"housing_{number}", 0.9 * abs(base))] if base > 0.0 else []
-    span = _span(line, number)
-    eye, thick, end = 0.17 * span, 0.1 * span, math.copysign(0.17 * span, -base)
-    middle, length = (base + end) / 2.0, abs(base - end)
-    name, ears = f"fork_{number}_{'out' if base > 0.0 else 'in'}", list[ElementTree.Element]()
-    for side in (-1.0, 1.0):
-        across = side * (0.5 * span - 0.4 * thick)
-        sizes = (length, 2.0 * eye, thick) if base > 0.0 else (length, thick, 2.0 * eye)
-        place = (middle, 0.0, across) if base > 0.0 else (middle, across, 0.0)
-        ears.append(_box(f"{name}_{'left' if side > 0.0 else 'right'}", place, sizes))
-    flange = _cylinder(f"{name}_base", base, "x", 0.52 * span, thick)
-    return [*ears, flange]
-
-
-def cross_visuals(line: LineData, number: int) -> list[ElementTree.Element]:
-    """Return the shape of a cross: a cylinder for each pin."""
-    span = _span(line, number)
-    return [
-        _cylinder(f"pin_{number}_{end}", 0.0, axis, 0.12 * span, span)
-        for end, axis in (("in", "y"), ("out", "z"))
-    ]
-
-
-def _span(line: LineData, number: int) -> float:
-    """Return the span of a joint's cross, or one that goes with the tubes."""
-    return line.joints[number - 1].cross_span or 1.5 * _diameter(line)
-
-
-def _length(line: LineData, index: int) -> float:
-    """Return the length of a shaft, of an end shaft up to its last bearing if nothing else says."""
-    length = float(line.geometry.lengths[index])
-    if not math.isnan(length):
-        return length
-    distances = [bearing.distance for bearing in line.shafts[index].bearings]
-    return max(distances, default=4.0 * _diameter(line))
-
-
-def _diameter(line: LineData) -> float:
-    """Return the greatest diameter of the tubes, or one that goes with the lengths."""
-    diameters = [shaft.tube.outer_diameter for shaft in line.shafts if shaft.tube]
-    lengths = [float(length) for length in line.geometry.lengths if not math.isnan(length)]
-    return max(diameters, default=min(lengths, default=1.0) / _SLENDERNESS)
-
-
-def _cylinder(name: str, x: float, axis: str, radius: float, length: float) -> ElementTree.Element:
-    visual = ElementTree.Element("visual", name=name)
-    ElementTree.SubElement(visual, "origin", xyz=f"{x!r} 0 0", rpy=_ALONG[axis])
-    geometry = ElementTree.SubElement(visual, "geometry")
-    ElementTree.SubElement(
-        geometry, "cylinder", radius=repr(float(radius)), length=repr(float(length))
-    )
-    return visual
-
-
-def _box(
-    name: str, place: tuple[float, float, float], sizes: tuple[float, float, float]
-) -> ElementTree.Element:
-    visual = ElementTree.Element("visual", name=name)
-    ElementTree.SubElement(visual, "origin", xyz=words(place))
-    geometry = ElementTree.SubElement(visual, "geometry")
-    ElementTree.SubElement(geometry, "box", size=words(sizes))
-    return visual
-
-
-def _sphere(name: str, radius: float) -> ElementTree.Element:
-    visual = ElementTree.Element("visual", name=name)
-    geometry = ElementTree.SubElement(visual, "geometry")
-    ElementTree.SubElement(geometry, "sphere", radius=repr(float(radius)))
-    return visual
