@@ -106,6 +106,9 @@ def ratio_and_angle_error(
                 "turn.motion.ratio and figures.over_angle"
             )
         angle = turn.motion.position(drives[-1])
+        # What is whole turns apart is the same position, and drawn at it.
+        start = angles[0][0] if angles else angle[0]
+        angle = angle - 2.0 * np.pi * np.round((angle[0] - start) / (2.0 * np.pi))
         error = turn.motion.position(output) - angle
         at = Abscissa(np.rad2deg(angle), "")
         at.draw(ratio, {label: turn.motion.ratio(output, drives[-1])}, first + index)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kit.arrays import Array
+from ..kit.quantities import amount, span
 from .peaks import label_peaks
 from .style import Abscissa, Figure, Into, Size, settle, sheet
 
@@ -63,10 +64,16 @@ def stacked(
     drawn.over(at)
     names = dict.fromkeys(name for panel in panels for name in panel.curves)
     styles = {name: index for index, name in enumerate(names)}
+    told = {
+        name: f"{name}, {_in_words(*ends, panel.unit)}"
+        for panel in panels
+        for name, ends in panel.limits.items()
+    }
     for row, (label, unit, scale, curves, limits) in enumerate(panels):
         panel, lines = drawn.panels[row], []
         for name, values in curves.items():
-            lines += at.draw(panel, {name: values}, first[row] + styles[name], **(line or {}))
+            shown = {told.get(name, name): values}
+            lines += at.draw(panel, shown, first[row] + styles[name], **(line or {}))
             for side, limit in zip((-1.0, 1.0), limits.get(name, ()), strict=False):
                 if side * limit <= 2.0 * np.nanmax(side * values, initial=0.0):
                     panel.axhline(limit, color=lines[-1].get_color(), linestyle=":")
@@ -74,3 +81,7 @@ def stacked(
         settle(panel, scale)
         label_peaks(panel, lines, unit, at.unit, peaks, scale)
     return drawn.finish(title, 4, note)
+
+
+def _in_words(least: float, most: float, unit: str) -> str:
+    return f"limit {amount(most, unit)}" if least == -most else span(least, most, unit)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
@@ -343,11 +344,11 @@ def width_of(text: str, size: float = SMALL) -> float:
 
 
 def wrapped(text: str, width: float, size: float = TITLE_SIZE) -> str:
-    """Return a text in lines that fit into a width [inch]."""
+    """Return a text in lines that fit into a width [inch]; a number stays with its unit."""
     letters = max(8, int(width * 72.0 / (LETTER * size)))
-    return "\n".join(
-        part for line in text.split("\n") for part in textwrap.wrap(line, letters) or [""]
-    )
+    kept = re.sub(r"(?<=\d) ", "\N{NO-BREAK SPACE}", text).split("\n")
+    lines = (part for line in kept for part in textwrap.wrap(line, letters) or [""])
+    return "\n".join(lines).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def legend(figure: Figure, columns: int = 2, *, note: str = "", grows: bool = False) -> None:

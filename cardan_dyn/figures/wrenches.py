@@ -74,13 +74,19 @@ def wrench_panels(
     marked = {joint for joint, _ in opened}
     line = dict(options.pop("line", None) or {})
     label = line.pop("label", "")
-    names = [(label or w.joint) + MARK * (w.joint in marked) for w in wrenches]
-    panels = [*above]
+    names = {w.joint: (label or w.joint) + MARK * (w.joint in marked) for w in wrenches}
+    panels = [
+        panel._replace(
+            curves={names.get(name, name): values for name, values in panel.curves.items()},
+            limits={names.get(name, name): ends for name, ends in panel.limits.items()},
+        )
+        for panel in above
+    ]
     for quantity in shown:
         star = MARK * any(name == quantity for _, name in opened)
         curves = [values_of(wrench, quantity) for wrench in wrenches]
         unit = QUANTITIES[quantity]
-        told = dict(zip(names, curves, strict=True))
+        told = dict(zip(names.values(), curves, strict=True))
         panels.append(Panel(f"{quantity}{star} [{unit}]", unit, whole[unit], told, {}))
     notes = [sign_note(turn, marked)]
     crosses = [name for name in joints if turn.mechanism.joint(name).type == "universal"]

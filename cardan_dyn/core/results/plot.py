@@ -24,7 +24,6 @@ import numpy as np
 from ...kit.arrays import Array
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, choices
-from ...kit.quantities import amount, span
 from .case_line import case_line
 from .limits import effort_limits, efforts
 from .table import Table
@@ -322,17 +321,11 @@ class MotionPlot(Plot):
         for name, values in efforts(turn).items():
             if name in held or not np.any(values):
                 continue
-            label, unit = name, turn.mechanism.drivable[name].effort_unit
-            if name in limits:
-                least, most = limits[name]
-                is_same = least == -most
-                label += (
-                    f", limit {amount(most, unit)}" if is_same else f", {span(least, most, unit)}"
-                )
+            unit = turn.mechanism.drivable[name].effort_unit
             panel = found.setdefault(unit, Panel(f"effort of drives [{unit}]", unit, 0.0, {}, {}))
-            panel.curves[label] = values
+            panel.curves[name] = values
             if name in limits:
-                panel.limits[label] = limits[name]
+                panel.limits[name] = limits[name]
         return list(found.values())
 
     def _titled(self, options: Mapping[str, Any]) -> dict[str, Any]:

@@ -37,7 +37,7 @@ def draw_loads(drawing: Drawing, sweep: Sweep, samples: Array) -> None:
         samples: `(n,)` indices of the samples that are shown.
     """
     radius = drawing.size
-    acting = _acting(sweep, samples, radius)
+    acting, means = _acting(sweep, samples, radius), "load, not to the scale of the others"
     for kind in ("force", "moment"):
         drawn = [(name, at, vector) for name, what, at, vector in acting if what == kind]
         most = max((greatest(vector) for _, _, vector in drawn), default=0.0)
@@ -50,7 +50,7 @@ def draw_loads(drawing: Drawing, sweep: Sweep, samples: Array) -> None:
             tail = at - direction * length[:, None] if kind == "force" else at
             surface = forms.arrow() if kind == "force" else forms.arc_arrow()
             pose = Pose.of(tail, forms.towards(direction), length)
-            drawing.add(f"/loads/{node_name(name)} {kind}", surface, LOAD, pose=pose, means="load")
+            drawing.add(f"/loads/{node_name(name)} {kind}", surface, LOAD, pose=pose, means=means)
             drawing.include(tail, at)
 
 
@@ -114,7 +114,7 @@ def draw_gravity(drawing: Drawing, gravity: Array, points: Array) -> None:
     low, high = np.min(points, axis=0), np.max(points, axis=0)
     middle = np.array([low[0] - 0.15 * drawing.size, low[1], 0.5 * (low[2] + high[2])])
     tail = middle - 0.11 * drawing.size * direction
-    _draw_arrow(drawing, "/loads/gravity", tail, direction[None], GRAVITY, "gravity")
+    _draw_arrow(drawing, "/loads/gravity", tail, direction[None], GRAVITY, "gravity: its direction")
 
 
 def _draw_arrow(

@@ -202,4 +202,4 @@ def test_a_style_is_that_of_one_name_on_all_axes() -> None:
         (str(line.get_label()), line.get_color()) for line in lines if line.get_label()[0] != "_"
     }
     names, colors = map(set, zip(*drawn, strict=True))
-    assert len(drawn) == len(names) == len(colors) > 2
+    assert len(drawn) == len(names) == len(colors) > 1

@@ -276,8 +276,10 @@ function drawScales() {
     draw("path", { d: path }, row.line);
     row.label.textContent = row.text(value);
     obstacles = null;
-    row.element.hidden = row.arrow && !(row.kind === "force" ? shown.forces
-      : shown.moments || shown.traces);
+    row.element.hidden = row.arrow && !ARROWS[row.kind].some((root) => {
+      const arrows = nodes.get("/" + root);
+      return arrows && arrows.visible && arrows.children.some(({ visible }) => visible);
+    });
   }
 }
 

@@ -193,7 +193,6 @@ function fillParts() {
     box.addEventListener("change", () => {
       shown[name] = box.checked;
       applyShown();
-      drawScales();
       request();
     });
     byId("parts").append(make("li", {}, make("label", {}, box, text)));

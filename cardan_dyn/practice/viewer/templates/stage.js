@@ -192,7 +192,9 @@ const PARTS = [
 ].filter(([, roots]) => !roots.length || roots.some((root) => nodes.has("/" + root)));
 const shown = Object.fromEntries(
   PARTS.map(([name]) => [name, !["traces", "grid"].includes(name)]));
-const BY_JOINT = ["torsion", "bending", "force", "axial", "shear", "moment", "traces", "axes"];
+// Arrows of one scale.
+const ARROWS = { moment: ["torsion", "bending", "moment"], force: ["force", "axial", "shear"] };
+const BY_JOINT = [...ARROWS.moment, ...ARROWS.force, "traces", "axes"];
 const jointByNode = new Map(told.joints.map((item) => [item.node, item]));
 const bearings = new Set(data.bearings);
 
@@ -226,6 +228,7 @@ function applyShown() {
     }
   }
   grid.visible = shown.grid;
+  drawScales();
 }
 
 // A chosen link glows.
