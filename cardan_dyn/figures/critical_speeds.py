@@ -18,10 +18,8 @@ from ..kit.quantities import span
 from .orders import LEAST_SHOWN
 from .style import (
     GUIDE,
-    LETTER,
     NAME,
     PER_MINUTE,
-    SMALL,
     Abscissa,
     Axes,
     Figure,
@@ -33,8 +31,10 @@ from .style import (
     ordinates,
     plain,
     point_style,
+    rows_of,
     sheet,
     speeds,
+    width_of,
 )
 
 _FILLS = {
@@ -208,13 +208,19 @@ def orders_over_speed(
             phase = np.unwrap(ordinate(name, given[name], at.values))
             at.draw(below, {name: np.rad2deg(phase)}, index, label="")
     places = {name: place * PER_MINUTE for name, place in (critical or {}).items()}
-    rows = _rows_of(places, float(np.ptp(at.values)), drawn.figure.get_figwidth())
-    for name, place in places.items():
+    # Axes fill about three quarters of a figure.
+    inch = float(np.ptp(at.values) or 1.0) / (0.75 * drawn.figure.get_figwidth())
+    ordered = sorted((place, name) for name, place in places.items())
+    halves = [0.55 * inch * width_of(plain(name)) for _, name in ordered]
+    rows = rows_of(
+        (place - half, place + half) for (place, _), half in zip(ordered, halves, strict=True)
+    )
+    for (place, name), row in zip(ordered, rows, strict=True):
         for panel in drawn.panels:
             panel.axvline(place, **GUIDE, linestyle=":")
-        offset = {"xytext": (0, 3 + 11 * rows[name]), "textcoords": "offset points"}
-        top = (place, 1.0)
-        above.annotate(name, top, xycoords=("data", "axes fraction"), ha="center", **offset, **NAME)
+        offset = {"xytext": (0, 3 + 11 * row), "textcoords": "offset points"}
+        at_top = {"xy": (place, 1.0), "xycoords": ("data", "axes fraction"), "ha": "center"}
+        above.annotate(plain(name), **at_top, **offset, **NAME)
     for index, (name, points) in enumerate((peaks or {}).items()):
         found = np.asarray(points, dtype=float).reshape(-1, 2) * [PER_MINUTE, 1.0]
         found = found[(found[:, 0] >= np.min(at.values)) & (found[:, 0] <= np.max(at.values))]
@@ -314,17 +320,3 @@ def _name_order(axes: Axes, order: float, fastest: float, top: float) -> None:
     lean = "right" if inwards < 0 else "left"
     offset = {"xytext": (4 * inwards, -4), "textcoords": "offset points"}
     axes.annotate(f"{order:g}×", at, ha=lean, va="top", **offset, **NAME)
-
-
-def _rows_of(places: Mapping[str, float], extent: float, width: float) -> dict[str, int]:
-    """Return in which row above the axes each name stands, so that none covers another one."""
-    # Axes fill about three quarters of a figure.
-    letter = LETTER * SMALL / (54.0 * width) * (extent or 1.0)
-    ends: list[float] = []
-    rows: dict[str, int] = {}
-    for name, place in sorted(places.items(), key=lambda item: item[1]):
-        half = 0.5 * letter * (len(name) + 1)
-        free = (row for row, end in enumerate(ends) if end <= place - half)
-        rows[name] = next(free, len(ends))
-        ends[rows[name] : rows[name] + 1] = [place + half]
-    return rows

@@ -96,7 +96,8 @@ def ratio_and_angle_error(
         raise ArgumentError("there is no sweep to be drawn")
     drawn = sheet(2, size=(7.2, 6.0), share_x=True, ax=ax, figsize=figsize)
     (ratio, lead), first = drawn.panels, drawn.drawn()
-    angles, drives = [], []
+    angles: list[Array] = []
+    drives: list[str] = []
     for index, (label, turn) in enumerate(turns.items()):
         drives.append(drive_of(turn, drive))
         coordinate = turn.mechanism.drivable.get(drives[-1])

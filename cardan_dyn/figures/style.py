@@ -59,8 +59,6 @@ SMALL = 9
 """Font size of what is written within axes, and of notes [pt]."""
 LETTER = 0.6
 """Mean width of a letter as a fraction of the font size."""
-_LONGEST_LABEL = 60
-"""Letters of a label in a legend, from which on it goes on in another line."""
 SIGN = "what the parent link exerts on the child link"
 """Whose wrench is drawn: the sense of all forces and moments in joints."""
 LOOK: Any = {
@@ -343,6 +341,16 @@ def width_of(text: str, size: float = SMALL) -> float:
     return float(TextPath((0.0, 0.0), text, size=size).get_extents().width) / 72.0
 
 
+def rows_of(spans: Iterable[tuple[float, float]]) -> list[int]:
+    """Return in which row each span from low to high stands, so that none covers another."""
+    ends: list[float] = []
+    rows = []
+    for low, high in spans:
+        rows.append(next((row for row, end in enumerate(ends) if end <= low), len(ends)))
+        ends[rows[-1] : rows[-1] + 1] = [high]
+    return rows
+
+
 def wrapped(text: str, width: float, size: float = TITLE_SIZE) -> str:
     """Return a text in lines that fit into a width [inch]; a number stays with its unit."""
     letters = max(8, int(width * 72.0 / (LETTER * size)))
@@ -366,14 +374,25 @@ def legend(figure: Figure, columns: int = 2, *, note: str = "", grows: bool = Fa
             text = wrapped(note, figure.get_figwidth(), SMALL)
             figure.supxlabel(text, fontsize=SMALL, color="0.35")
         return
-    columns = _fitting(figure, list(handles), min(columns, len(handles)))
+    width, size = figure.get_figwidth(), LOOK["font.size"]
+    # Beside its label, a column of a legend has a handle and gaps as wide as this [inch].
+    beside = 4.8 * size / 72.0
+    labels = [wrapped(label, width - beside, size) for label in handles]
+    wide = [max(width_of(line, size) for line in label.split("\n")) + beside for label in labels]
+    # Matplotlib fills columns from the left, those to the left with one more where it is uneven.
+    fitting = (
+        count
+        for count in range(min(columns, len(handles)), 1, -1)
+        if sum(map(max, np.array_split(wide, count))) <= width
+    )
+    columns = next(fitting, 1)
     drawn = figure.legend(
         handles.values(),
-        [textwrap.fill(label, _LONGEST_LABEL) for label in handles],
+        labels,
         loc="outside lower center",
         ncols=columns,
         frameon=False,
-        title=wrapped(note, figure.get_figwidth(), SMALL) if note else None,
+        title=wrapped(note, width, SMALL) if note else None,
         title_fontsize=SMALL,
     )
     drawn.get_title().set_color("0.35")
@@ -391,23 +410,11 @@ def _handles(panels: Iterable[Axes]) -> dict[str, Any]:
     return handles
 
 
-def _fitting(figure: Figure, labels: list[str], most: int) -> int:
-    """Return how many columns of labels fit into the width of a figure."""
-    # A handle and the gaps around it are about as wide as four letters of this size are high.
-    widths = [width_of(label, LOOK["font.size"]) + 4 * LOOK["font.size"] / 72 for label in labels]
-    for columns in range(most, 1, -1):
-        rows = -(-len(labels) // columns)
-        parts = (max(widths[first : first + rows]) for first in range(0, len(labels), rows))
-        if sum(parts) <= figure.get_figwidth():
-            return columns
-    return 1
-
-
 def _legend_within(panels: Any, note: str) -> None:
     """Put a legend into the first of given axes, where there is most room."""
     handles = _handles(panels)
     if handles:
-        labels = [textwrap.fill(label, _LONGEST_LABEL) for label in handles]
+        labels = [wrapped(label, 4.0, SMALL) for label in handles]
         drawn = panels[0].legend(handles.values(), labels, loc="best", fontsize=SMALL)
         if note:
             drawn.set_title(wrapped(note, 4.0, SMALL), prop={"size": SMALL - 1})

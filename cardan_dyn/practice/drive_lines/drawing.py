@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ...figures.style import (
-    LETTER,
     Axes,
     Figure,
     Into,
@@ -20,7 +19,9 @@ from ...figures.style import (
     in_look,
     line_style,
     plain,
+    rows_of,
     sheet,
+    width_of,
     wrapped,
 )
 from ...kit.arrays import NOTHING, Array
@@ -189,20 +190,18 @@ def _angle(angle: float, wording: Wording) -> str:
 
 def _rows(labels: list[_Label], xlim: tuple[float, float], scale: float) -> list[list[_Label]]:
     """Return labels in rows, away from the line, in which none is over another."""
-    rows: list[list[_Label]] = []
-    ends: list[float] = []
+    gap, placed, spans = scale * SMALL / 72.0, [], []
     for label in labels:
-        longest = max(map(len, label.text.split("\n")))
-        half = scale * LETTER * SMALL * longest / 2.0 / 72.0
+        lines = plain(label.text).split("\n")
+        half = scale * max(width_of(line, SMALL) for line in lines) / 2.0
         at = min(max(label.at, xlim[0] + half), max(xlim[1] - half, xlim[0] + half))
-        free = (row for row, end in enumerate(ends) if at - half > end)
-        row = next(free, len(rows))
-        if row == len(rows):
-            rows.append([])
-            ends.append(0.0)
-        rows[row].append(label._replace(at=at))
-        ends[row] = at + half + scale * SMALL / 72.0
-    return rows
+        placed.append(label._replace(at=at))
+        spans.append((at - half, at + half + gap))
+    rows = rows_of(spans)
+    return [
+        [label for label, its in zip(placed, rows, strict=True) if its == row]
+        for row in range(max(rows, default=-1) + 1)
+    ]
 
 
 def _height(rows: list[list[_Label]]) -> float:

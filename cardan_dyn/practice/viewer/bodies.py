@@ -90,10 +90,12 @@ class Bodies:
         ]
         return np.concatenate([stated, *corners])
 
-    def spread(self) -> tuple[float, ...]:
-        """Return the extents of where joints are along x, y and z [m]; zero if that is unknown."""
-        points = np.concatenate(self._origins or [np.zeros((1, 3))])
-        return tuple(np.ptp(points, axis=0).tolist())
+    def normal(self) -> int | None:
+        """Return across which axis, 0 to 2, joints lie in a plane; None where they do not."""
+        extents = np.ptp(np.concatenate(self._origins or [np.zeros((1, 3))]), axis=0)
+        least, between, most = np.sort(extents)
+        flat = least < 0.2 * between and between > STEADY * most
+        return int(np.argmin(extents)) if flat else None
 
     @cached_property
     def _origins(self) -> list[Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,25 +13,8 @@ from ...kit.checks import described, number, numbers, whole
 from ...kit.errors import ArgumentError
 
 
-class Drivable(Protocol):
-    """What is asked of a scene: a drive that turns, and free coordinates."""
-
-    @property
-    def coordinates(self) -> tuple[str, ...]: ...  # noqa: D102
-
-    @property
-    def free(self) -> tuple[str, ...]: ...  # noqa: D102
-
-    @property
-    def mechanism(self) -> Mechanism: ...  # noqa: D102
-
-    def replace(self, **changes: Any) -> Drivable: ...  # noqa: D102
-
-    def sweep(self, position: ArrayLike, /) -> Sweep: ...  # noqa: D102
-
-
 def mode_sweep(
-    scene: Drivable,
+    scene: Any,
     shape: ArrayLike,
     *,
     size: float = 0.1,
@@ -81,7 +64,8 @@ def mode_sweep(
     middle = np.broadcast_to(numbers("rest", rest), coordinates.shape)
     drive = start + _turns(turns) * phase
     every = scene.replace(drive=scene.coordinates)
-    return every.sweep(np.concatenate([drive, middle + scale * swing], axis=1))
+    found: Sweep = every.sweep(np.concatenate([drive, middle + scale * swing], axis=1))
+    return found
 
 
 def _units(mechanism: Mechanism, free: tuple[str, ...]) -> Any:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ...core.results.sweep import Sweep
@@ -14,8 +12,6 @@ from .scenery import Parts, build
 
 _EYE = np.array([0.55, -0.7, 0.45])
 """Towards the eye where a mechanism is not flat: from the front, the right and above."""
-_FLAT = 0.05
-"""Part of the greatest extent up to which a mechanism is flat, and seen from straight ahead."""
 _SHADE = 0.45
 """Share of its colour that a surface loses which is seen from the side."""
 _MOST_NAMES = 12
@@ -35,7 +31,7 @@ def picture(sweep: Sweep, sample: int = 0) -> Figure:
     named = len(sweep.outputs) <= _MOST_NAMES
     parts = Parts(True, False, False, False, False, named, True, True)
     scenery = build(sweep, sweep.outputs, parts, np.array([sample]))
-    right, up, eye = _axes_of_view(scenery.spread)
+    right, up, eye = _axes_of_view(scenery.normal)
     drawing = scenery.drawing
     triangles, colors, layers = [], [], []
     for item in drawing.objects:
@@ -95,13 +91,12 @@ def _write_names(axes: Axes, places: dict[str, tuple[float, float]], extent: flo
         )
 
 
-def _axes_of_view(spread: Sequence[float]) -> tuple[Array, Array, Array]:
+def _axes_of_view(normal: int | None) -> tuple[Array, Array, Array]:
     """Return the axes to the right, upwards and towards the eye."""
-    least = int(np.argmin(spread))
     world = np.eye(3)
-    if spread[least] < _FLAT * max(spread) < _FLAT * sum(spread) - spread[least]:
+    if normal is not None:
         # Onto x and y, x and z, y and z, to the right and upwards.
-        first, second = (axis for axis in range(3) if axis != least)
+        first, second = (axis for axis in range(3) if axis != normal)
         return world[first], world[second], np.cross(world[first], world[second])
     eye = _EYE / np.linalg.norm(_EYE)
     right = np.cross(world[2], eye)

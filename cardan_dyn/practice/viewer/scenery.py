@@ -32,8 +32,6 @@ AXIS = Color.of("#5f6b7a", opacity=0.75, on_top=True, layer=1)
 LOOP = Color.of("#0091b3", opacity=0.9, on_top=True, layer=2)
 _LABEL = Color.of("#333333")
 
-_TRACE_POINTS = 180
-"""About how many points make a trace: one every 2° of a revolution looks smooth."""
 COLORS = {
     "torsion": TORSION,
     "bending": BENDING,
@@ -51,11 +49,8 @@ MEANINGS = {
     "shear": "shear: force across the joint axis",
 }
 """What arrows of the parts of wrenches mean."""
-_SMALLEST_SHOWN = 1e-3
-"""Length below which an arrow or a trace is not drawn, in radii of the scene: less than a pixel on
-a screen on which the scene is about 1000 pixels wide."""
 _THIN = 0.005
-"""Radius of axes and traces, likewise."""
+"""Radius of axes and traces, in radii of the scene."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +107,8 @@ class Scenery:
             is. Their wrenches are asked for first. The nodes of a joint are `/force/NAME`,
             `/torsion/NAME`, `/bending/NAME`, `/moment/NAME`, `/traces/NAME`, `/axes/NAME` and
             `/labels/NAME`.
-        spread: extents of where joints are along x, y and z [m]; by these a linkage is flat.
+        normal: of x, y and z, 0 to 2, the one across which the plane of a linkage lies; None of one
+            in space.
     """
 
     drawing: Drawing
@@ -120,7 +116,7 @@ class Scenery:
     points: Array
     notes: tuple[str, ...] = ()
     bearings: tuple[str, ...] = ()
-    spread: tuple[float, ...] = (0.0, 0.0, 0.0)
+    normal: int | None = None
 
 
 def build(
@@ -187,7 +183,7 @@ def build(
         driven = {drivable[name].joint for name in efforts(sweep) if name not in sweep.held}
     bearings = tuple(name for name in joints if name in on_ground or name in driven) or joints
     seen = forms.extremes(np.concatenate(drawing.seen))
-    return Scenery(drawing, tuple(builder.scales), seen, bodies.notes, bearings, bodies.spread())
+    return Scenery(drawing, tuple(builder.scales), seen, bodies.notes, bearings, bodies.normal())
 
 
 class _Builder:
@@ -219,7 +215,7 @@ class _Builder:
                 self.drawing.add(path, ball, color, pose=pose, means=means)
                 continue
             low, high = (float(end) / self._radius for end in (min(item.slide), max(item.slide)))
-            strokes = high - low > _SMALLEST_SHOWN
+            strokes = high - low > forms.PIXEL
             low, high = (low, high) if strokes else (-0.26, 0.26)
             middle = item.origin - (item.slide[:, None] * item.axis if strokes else 0.0)
             ends = np.outer([low, high], [0.0, 0.0, 1.0]) if loop or strokes else ()
@@ -297,7 +293,7 @@ class _Builder:
         thickness: float = forms.ARROW_RADIUS,
     ) -> bool:
         """Draw vectors `(N, 3)` [m] as an arrow; return whether any is long enough to be seen."""
-        least = _SMALLEST_SHOWN * self._radius
+        least = forms.PIXEL * self._radius
         # The direction of what is far shorter may be rounding, and the arrow would flicker.
         direction, length = forms.filled(vectors, 0.1 * least)
         length = np.minimum(length, forms.ARROW * self._radius)
@@ -314,22 +310,20 @@ class _Builder:
 
         A moment that stays along the axis leaves none: the arrow of its torsion says all of it.
         """
-        least = _SMALLEST_SHOWN * self._radius
+        least = forms.PIXEL * self._radius
         if scale * np.max(np.linalg.norm(item.parts["bending"], axis=1)) < least:
             return False
         curve = scale * item.moment
         size = np.linalg.norm(curve, axis=1, keepdims=True)
         curve = curve * np.minimum(1.0, forms.ARROW * self._radius / np.maximum(size, NOTHING))
-        stride = max(1, len(curve) // _TRACE_POINTS)
-        points = np.concatenate([curve[::stride], curve[-1:]])
-        if np.max(np.ptp(points, axis=0)) < least:
+        if np.max(np.ptp(curve, axis=0)) < least:
             return False
         moment = np.einsum("nij,nj->ni", item.rotation, curve)
         name, means = node_name(item.name), "moment 𝔐 and its trace in the shaft"
         thin = 0.5 * forms.ARROW_RADIUS
         self._draw_arrow(f"/moment/{name}", item.anchor, moment, TOTAL, means, thin)
         pose = Pose.of(item.anchor, forms.quaternions(item.rotation))
-        wire = forms.path(points, _THIN * self._radius)
+        wire = forms.path(curve, _THIN * self._radius)
         self.drawing.add(f"/traces/{name}", wire, TOTAL, pose=pose)
         return True
 

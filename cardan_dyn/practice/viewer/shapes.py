@@ -22,6 +22,8 @@ _SIDES = 20
 ARROW, ARROW_RADIUS = 0.42, 0.028
 """Length of the greatest arrow, as a fraction of the radius of the scene, and radius of an arrow's
 shaft, as a fraction of its length."""
+PIXEL = 1.0 / 500.0
+"""Width of a pixel of a picture that shows the whole scene, as a fraction of its radius."""
 LEAST_SCALE = 1e-5
 """Least size of what changes its size, as a fraction of the radius of the scene. A scale of zero
 has no inverse, which the viewer needs for normals."""
@@ -136,13 +138,13 @@ def upright(axis: Array, x: Array | None = None) -> Array:
 
 
 def path(points: Array, radius: float) -> Surface:
-    """Return a wire along a curve `(n, 3)`; none if it is a point."""
-    steps = np.diff(points, axis=0)
-    lengths = np.linalg.norm(steps, axis=1)
-    # Shorter steps have no direction beyond rounding, and are not seen.
-    kept = lengths > 1e-6 * radius
-    start, steps = points[:-1][kept], steps[kept] / lengths[kept, None]
-    end = points[1:][kept]
+    """Return a wire along a curve `(n, 3)`; none if it is shorter than the wire is thick."""
+    way = np.cumsum([0.0, *np.linalg.norm(np.diff(points, axis=0), axis=1)])
+    # Of points that are nearer to each other than that, one is seen.
+    kept = points[np.unique(np.floor(way / radius), return_index=True)[1]]
+    lengths = np.linalg.norm(np.diff(kept, axis=0), axis=1)
+    start, end = kept[:-1][lengths > 0.0], kept[1:][lengths > 0.0]
+    steps = (end - start) / lengths[lengths > 0.0, None]
     across = np.cross(steps, np.eye(3)[np.argmin(np.abs(steps), axis=1)])
     across /= np.linalg.norm(across, axis=1)[:, None]
     normal = np.cross(steps, across)

@@ -33,8 +33,6 @@ from .scenery import Parts, Scenery, build
 from .still import Still
 
 HOST = "127.0.0.1"
-_POINT_DECIMALS = 6
-"""Decimals of the points that the camera has to see [m]: micrometres, which no screen shows."""
 _JOIN_SECONDS = 0.5
 """Time after which waiting for the server starts again. Some systems do not deliver Ctrl-C to a
 thread that waits without a limit."""
@@ -259,8 +257,8 @@ def render(scenery: Scenery, title: str, told: dict[str, Any], arrays: Arrays) -
         "radius": scenery.drawing.size,
         "legend": [item._asdict() for item in scenery.drawing.legend],
         "scales": [item._asdict() for item in scenery.scales],
-        "points": scenery.points.round(_POINT_DECIMALS).tolist(),
-        "spread": [round(extent, _POINT_DECIMALS) for extent in scenery.spread],
+        "points": arrays.add(scenery.points),
+        "normal": scenery.normal,
         "notes": list(scenery.notes),
         "bearings": list(scenery.bearings),
         "told": told,

@@ -22,8 +22,6 @@ from .shapes import Surface
 
 _MOST_FACES = 100_000
 """Triangles of all meshes above which they are thinned."""
-_PIXEL = 1.0 / 500.0
-"""Width of a pixel of a picture that shows the whole scene, as a fraction of its radius."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,9 +138,9 @@ def few_enough(shapes: list[Shape], radius: float) -> tuple[list[Shape], str]:
     """
     meshes = [shape for shape in shapes if shape.kind == "mesh"]
     before = after = sum(len(shape.surface[1]) for shape in meshes)
-    thin, cell = shapes, _PIXEL * radius
+    thin, cell = shapes, forms.PIXEL * radius
     # Beyond some pixels meshes would be unknowable.
-    while after > _MOST_FACES and cell <= 8.0 * _PIXEL * radius:
+    while after > _MOST_FACES and cell <= 8.0 * forms.PIXEL * radius:
         thin = [_thinned(shape, cell) for shape in shapes]
         after, cell = sum(len(shape.surface[1]) for shape in thin if shape.kind == "mesh"), 2 * cell
     if after == before:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 import urllib.error
@@ -32,7 +33,12 @@ def test_page_contains_its_scene() -> None:
     page = render(scenery("name"), "A & B", {}, Arrays())
     assert "<title>A &amp; B</title>" in page
     assert "#abcdef" in page and "a meaning" in page and '"per_metre": 20.0' in page
-    assert "[[0.123457, 0.0, 1.0]]" in page
+    data, arrays = (
+        re.search(f'id="{name}">(.*?)</script>', page).group(1) for name in ("data", "arrays")
+    )
+    start, count, kind = json.loads(data)["points"]
+    points = np.frombuffer(base64.b64decode(arrays), kind, count, start)
+    assert points.tolist() == np.float32([0.123456789, 0.0, 1.0]).tolist()
 
 
 def test_a_name_cannot_end_the_script() -> None:

@@ -120,8 +120,7 @@ function placeCamera() {
 // Looks at a linkage whose joints lie in a plane along its normal, and else across the two longest
 // extents of the scene, somewhat from above and from the side.
 function bestDirection() {
-  const [least, between] = [...data.spread].sort((one, other) => one - other);
-  if (least < 0.2 * between) return VIEWS[["side", "front", "top"][data.spread.indexOf(least)]];
+  if (data.normal !== null) return VIEWS[["side", "front", "top"][data.normal]];
   const { x, y, z } = middle.getSize(new THREE.Vector3());
   if (z < 0.6 * Math.min(x, y)) return [-0.25, -0.55, 1];
   if (x < 0.6 * Math.min(y, z)) return [1, -0.5, 0.45];
@@ -143,7 +142,6 @@ function fit() {
   const back = towardsEye();
   const right = new THREE.Vector3(-Math.sin(orbit.azimuth), Math.cos(orbit.azimuth), 0);
   const up = back.clone().cross(right);
-  const points = data.points.map((at) => new THREE.Vector3(...at));
   // What buttons and scales cover is left free.
   const top = 44, bottom = byId("transport").offsetHeight + 10;
   const high = Math.max(size.height - top - bottom, 60);

@@ -146,7 +146,9 @@ for (const lens of [perspective, parallel]) lens.up.set(0, 0, 1);
 world.add(perspective, parallel, new THREE.HemisphereLight(0xffffff, 0xb9bec6, 0.52));
 
 const radius = data.radius || 1;
-const middle = new THREE.Box3().setFromPoints(data.points.map((at) => new THREE.Vector3(...at)));
+const points = [], seen = array(data.points);
+for (let at = 0; at < seen.length; at += 3) points.push(new THREE.Vector3().fromArray(seen, at));
+const middle = new THREE.Box3().setFromPoints(points);
 const grid = new THREE.Group();
 world.add(grid);
 const gridStep = roundStep(radius / 3);
