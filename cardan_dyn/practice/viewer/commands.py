@@ -16,7 +16,7 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.errors import MissingExtraError
-from .shapes import Surface
+from .shapes import PIXEL, Surface, arrow, filled, towards
 
 STEADY = 1e-7
 """Change of a pose, as a fraction of the scene's size, below which it needs no track: the tracks
@@ -152,6 +152,40 @@ class Drawing:
         if means:
             self._meanings.append(Meaning(color.css, means, path.split("/")[1]))
         self.objects.append(DrawnObject(path, surface, color, placement))
+
+    def arrow(
+        self,
+        path: str,
+        tail: Array,
+        vectors: Array,
+        color: Color,
+        means: str,
+        surface: Surface | None = None,
+    ) -> bool:
+        """Add an arrow as long as vectors, unless it is never as long as a pixel.
+
+        Args:
+            path: node that gets it.
+            tail: `(n, 3)` where it starts [m].
+            vectors: `(n, 3)` [m].
+            color: how it looks.
+            means: see `add`.
+            surface: what is drawn instead, about z and as large as 1.
+
+        Returns:
+            Whether it was added.
+        """
+        least = PIXEL * self.size
+        # The direction of what is far shorter may be rounding, and the arrow would flicker. A
+        # scale of zero would have no inverse, which the page needs for normals.
+        direction, length = filled(vectors, 1e-3 * least)
+        length = np.maximum(length, 1e-3 * least)
+        if np.max(length) < least:
+            return False
+        pose = Pose.of(tail, towards(direction), length)
+        self.add(path, surface or arrow(), color, pose=pose, means=means)
+        self.include(tail, tail + direction * length[:, None])
+        return True
 
     def include(self, *points: Array) -> None:
         """Make sure that the camera sees points `(3,)` or `(n, 3)` [m]."""

@@ -117,7 +117,7 @@ def _between(
     drawing: Drawing, path: str, element: PointSpring | PointActuator, start: Array, end: Array
 ) -> None:
     """Draw a spring as a coil, all others between points as a dashpot."""
-    least = forms.LEAST_SCALE * drawing.size
+    least = 0.1 * forms.PIXEL * drawing.size
     direction, length = forms.filled(end - start, least)
     turn = forms.towards(direction)
     pose = _stretched(drawing, start, end, turn, np.maximum(length, least))
@@ -201,12 +201,8 @@ def draw_efforts(drawing: Drawing, efforts: Sequence[tuple[str, Array, Axis]]) -
         if not whole > 0.0:
             continue
         largest = (forms.ARROW if axis.slides else ARC_RADIUS) * drawing.size
-        size = np.abs(effort) / whole * largest
-        sense, _ = forms.filled(effort[:, None] * axis.direction, forms.LEAST_SCALE * whole)
-        scale = np.maximum(size, forms.LEAST_SCALE * drawing.size)
-        pose = Pose.of(axis.origin, forms.towards(sense), scale)
+        shown = (effort / whole * largest)[:, None] * axis.direction
         surface = forms.arrow() if axis.slides else forms.arc_arrow()
         means = f"effort of an actuator, at most {sizes}"
-        drawing.add(path, surface, ACTUATOR, pose=pose, means=means)
-        reach = size[:, None] * axis.direction
-        drawing.include(axis.origin + reach, axis.origin - reach)
+        drawing.arrow(path, axis.origin, shown, ACTUATOR, means, surface)
+        drawing.include(axis.origin - shown)

@@ -12,7 +12,7 @@ from ...core.results.sweep import Sweep
 from ...figures.wrenches import PARTS
 from ...kit.arrays import NOTHING, Array
 from . import shapes as forms
-from .commands import Color, Drawing, Pose, node_name
+from .commands import Color, Drawing, node_name
 from .places import Places
 from .vectors import Vectors, greatest
 
@@ -21,6 +21,8 @@ DRIVE = Color.of("#00695c", opacity=0.5, on_top=True, layer=2)
 GRAVITY = Color.of("#455a64", on_top=True, layer=2)
 _ARC = 0.17
 """Radius of the arc of a turn that is driven and of the greatest moment, in radii of the scene."""
+_LENGTH = 0.22
+"""Length of arrows that say nothing but a direction, likewise."""
 _LEAST = 0.35
 """Least size of an arc or arrow, as a fraction of the greatest, so that its sense is seen."""
 
@@ -45,13 +47,12 @@ def draw_loads(drawing: Drawing, sweep: Sweep, samples: Array) -> None:
             if not greatest(vector) > 0.0:
                 continue
             direction, size = forms.filled(vector, 1e-9 * most)
-            share = np.where(size > 0.0, np.maximum(size / most, _LEAST), forms.LEAST_SCALE)
-            length = share * radius * (forms.ARROW if kind == "force" else _ARC)
-            tail = at - direction * length[:, None] if kind == "force" else at
-            surface = forms.arrow() if kind == "force" else forms.arc_arrow()
-            pose = Pose.of(tail, forms.towards(direction), length)
-            drawing.add(f"/loads/{node_name(name)} {kind}", surface, LOAD, pose=pose, means=means)
-            drawing.include(tail, at)
+            share = np.where(size > 0.0, np.maximum(size / most, _LEAST), 0.0)
+            path, shown = f"/loads/{node_name(name)} {kind}", share[:, None] * radius * direction
+            if kind == "force":
+                drawing.arrow(path, at - forms.ARROW * shown, forms.ARROW * shown, LOAD, means)
+            else:
+                drawing.arrow(path, at, _ARC * shown, LOAD, means, forms.arc_arrow())
 
 
 def without_loads(
@@ -92,14 +93,12 @@ def draw_drives(drawing: Drawing, sweep: Sweep, samples: Array, drives: Sequence
     for name, axis in known.items():
         path, at = f"/drive/{node_name(name)}", axis.origin
         if axis.slides:
-            _draw_arrow(drawing, path, at, axis.direction, DRIVE, means)
+            drawing.arrow(path, at, _LENGTH * radius * axis.direction, DRIVE, means)
             continue
         arcs = [other.origin for key, other in known.items() if key != name and not other.slides]
         gaps = [np.min(np.linalg.norm(at - other, axis=-1)) for other in arcs]
         size = np.clip(0.5 * min(gaps, default=radius), _LEAST * _ARC * radius, _ARC * radius)
-        pose = Pose.of(at, forms.towards(axis.direction), np.full(1, size))
-        drawing.add(path, forms.arc_arrow(), DRIVE, pose=pose, means=means)
-        drawing.include(at)
+        drawing.arrow(path, at, size * axis.direction, DRIVE, means, forms.arc_arrow())
 
 
 def draw_gravity(drawing: Drawing, gravity: Array, points: Array) -> None:
@@ -110,21 +109,11 @@ def draw_gravity(drawing: Drawing, gravity: Array, points: Array) -> None:
         gravity: `(3,)` [m/s²].
         points: `(n, 3)` between which the mechanism moves [m].
     """
-    direction = gravity / np.linalg.norm(gravity)
+    shown = _LENGTH * drawing.size * gravity / np.linalg.norm(gravity)
     low, high = np.min(points, axis=0), np.max(points, axis=0)
     middle = np.array([low[0] - 0.15 * drawing.size, low[1], 0.5 * (low[2] + high[2])])
-    tail = middle - 0.11 * drawing.size * direction
-    _draw_arrow(drawing, "/loads/gravity", tail, direction[None], GRAVITY, "gravity: its direction")
-
-
-def _draw_arrow(
-    drawing: Drawing, path: str, tail: Array, direction: Array, color: Color, means: str
-) -> None:
-    """Draw an arrow that says nothing but a direction `(n, 3)`, and is as long as others."""
-    length = np.full(1, 0.22 * drawing.size)
-    pose = Pose.of(tail, forms.towards(direction), length)
-    drawing.add(path, forms.arrow(), color, pose=pose, means=means)
-    drawing.include(tail, tail + length * direction)
+    tail = (middle - 0.5 * shown)[None]
+    drawing.arrow("/loads/gravity", tail, shown[None], GRAVITY, "gravity: its direction")
 
 
 def _acting(sweep: Sweep, samples: Array, radius: float) -> list[tuple[str, str, Array, Array]]:

@@ -270,10 +270,10 @@ class _Builder:
     def _draw_parts(self, vectors: list[Vectors], scale: float, kinds: Sequence[str]) -> bool:
         """Draw parts of wrenches as arrows, and return whether there are any."""
         drawn = [
-            self._draw_arrow(
+            self.drawing.arrow(
                 f"/{kind}/{node_name(item.name)}",
                 item.anchor if kind in PARTS["moment"] else item.origin,
-                scale * item.parts[kind],
+                self._cut(scale * item.parts[kind]),
                 COLORS[kind],
                 MEANINGS[kind],
             )
@@ -283,27 +283,10 @@ class _Builder:
         ]
         return any(drawn)
 
-    def _draw_arrow(
-        self,
-        path: str,
-        tail: Array,
-        vectors: Array,
-        color: Color,
-        means: str,
-        thickness: float = forms.ARROW_RADIUS,
-    ) -> bool:
-        """Draw vectors `(N, 3)` [m] as an arrow; return whether any is long enough to be seen."""
-        least = forms.PIXEL * self._radius
-        # The direction of what is far shorter may be rounding, and the arrow would flicker.
-        direction, length = forms.filled(vectors, 0.1 * least)
-        length = np.minimum(length, forms.ARROW * self._radius)
-        if np.max(length) < least:
-            return False
-        length = np.maximum(length, forms.LEAST_SCALE * self._radius)
-        pose = Pose.of(tail, forms.towards(direction), length)
-        self.drawing.add(path, forms.arrow(thickness), color, pose=pose, means=means)
-        self.drawing.include(tail + direction * length[:, None])
-        return True
+    def _cut(self, vectors: Array) -> Array:
+        """Return vectors `(N, 3)` [m] that are no longer than the longest arrow."""
+        size = np.linalg.norm(vectors, axis=1, keepdims=True)
+        return vectors * np.minimum(1.0, forms.ARROW * self._radius / np.maximum(size, NOTHING))
 
     def _draw_trace(self, item: Vectors, scale: float) -> bool:
         """Draw the moment and the trace of its tip in the joint; return whether it leaves one.
@@ -313,15 +296,13 @@ class _Builder:
         least = forms.PIXEL * self._radius
         if scale * np.max(np.linalg.norm(item.parts["bending"], axis=1)) < least:
             return False
-        curve = scale * item.moment
-        size = np.linalg.norm(curve, axis=1, keepdims=True)
-        curve = curve * np.minimum(1.0, forms.ARROW * self._radius / np.maximum(size, NOTHING))
+        curve = self._cut(scale * item.moment)
         if np.max(np.ptp(curve, axis=0)) < least:
             return False
         moment = np.einsum("nij,nj->ni", item.rotation, curve)
         name, means = node_name(item.name), "moment 𝔐 and its trace in the shaft"
-        thin = 0.5 * forms.ARROW_RADIUS
-        self._draw_arrow(f"/moment/{name}", item.anchor, moment, TOTAL, means, thin)
+        thin = forms.arrow(0.5 * forms.ARROW_RADIUS)
+        self.drawing.arrow(f"/moment/{name}", item.anchor, moment, TOTAL, means, thin)
         pose = Pose.of(item.anchor, forms.quaternions(item.rotation))
         wire = forms.path(curve, _THIN * self._radius)
         self.drawing.add(f"/traces/{name}", wire, TOTAL, pose=pose)

@@ -24,9 +24,6 @@ ARROW, ARROW_RADIUS = 0.42, 0.028
 shaft, as a fraction of its length."""
 PIXEL = 1.0 / 500.0
 """Width of a pixel of a picture that shows the whole scene, as a fraction of its radius."""
-LEAST_SCALE = 1e-5
-"""Least size of what changes its size, as a fraction of the radius of the scene. A scale of zero
-has no inverse, which the viewer needs for normals."""
 
 
 def arrow(thickness: float = ARROW_RADIUS) -> Surface:

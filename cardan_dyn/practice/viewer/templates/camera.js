@@ -143,7 +143,8 @@ function fit() {
   const right = new THREE.Vector3(-Math.sin(orbit.azimuth), Math.cos(orbit.azimuth), 0);
   const up = back.clone().cross(right);
   // What buttons and scales cover is left free.
-  const top = 44, bottom = byId("transport").offsetHeight + 10;
+  const covered = byId("transport").offsetHeight + (size.width < 600 ? byId("scales").offsetHeight : 0);
+  const top = 44, bottom = covered + 10;
   const high = Math.max(size.height - top - bottom, 60);
   const slopes = [
     tangent * 0.9 * size.width / size.height, tangent * 0.94 * high / size.height];
