@@ -22,6 +22,7 @@ from ...kit.errors import (
     MobilityError,
     SingularConfigurationError,
 )
+from ...motion.simulation.trajectory import Trajectory
 from ...scene.describe import describe
 from ...scene.scene import Scene
 from ...scene.usual_motion import driving, one_way, slides, usual_motion
@@ -39,12 +40,14 @@ class Case(NamedTuple):
         sweep: the sweep; None if the mechanism cannot be moved or held.
         said: how it is driven and why, and what was done otherwise than asked.
         box: `(d, 2)` ranges of several drives [rad or m] that are looked through besides.
+        trajectory: that it is the sweep along.
     """
 
     mechanism: Mechanism
     sweep: Sweep | None
     said: tuple[str, ...] = ()
     box: Array | None = None
+    trajectory: Trajectory | None = None
 
 
 def case_of(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +15,8 @@ from ...core.results.sweep import Sweep
 from ...figures.wrenches import QUANTITIES, determined, values_of
 from ...kit.arrays import BLOCK_SIZE, EPS, NOTHING, ROUNDED, Array
 from ...kit.errors import CardanError, ModelError
-from ...kit.quantities import span
+from ...kit.quantities import amount, span
+from ...motion.simulation.trajectory import Trajectory
 from ...scene.scene import Scene
 from .panels import DEGREE, MOST, Known, Tolerance, greatest
 
@@ -104,7 +106,8 @@ class Extremes(NamedTuple):
 
     Attributes:
         rows: an extreme each, joint by joint.
-        search: over the range of the only drive; None if they were not sought between samples.
+        search: over the range of the only drive, or the time of a trajectory; None if they were
+            not sought between samples.
         covered: what they are the extremes of, if not of a range.
         unknown: why they may be exceeded; empty if they are not.
         rounding: of the greatest wrench, as a part of it, by the condition where it is great.
@@ -129,19 +132,28 @@ def is_over_time(sweep: Sweep) -> bool:
     return sweep.time.ndim == 1 and len(sweep) > 1 and bool(np.all(np.diff(sweep.time) > 0.0))
 
 
-def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
+def extremes(
+    sweep: Sweep, box: Array | None = None, trajectory: Trajectory | None = None
+) -> Extremes:
     """Return the extremes of the wrenches and efforts of a sweep, joint by joint.
 
     Those of a sweep with one drive at constant rates and loads are those of the whole range between
-    its first and last position, however few samples it has: see `panels`. Several drives are
-    looked through on a grid, from the best positions of which the way is followed uphill. All
-    others are those of the samples.
+    its first and last position, however few samples it has: see `panels`; likewise those of a
+    trajectory between its first and last time. Several drives are looked through on a grid, from
+    the best positions of which the way is followed uphill. All others are those of the samples.
 
     Args:
         sweep: over one dimension.
         box: `(d, 2)` ranges of several drives at rest, if all of them are meant.
+        trajectory: that it is the sweep along.
     """
-    quantities = list(quantities_of(sweep))
+    # What is free moves without any effort.
+    free = trajectory.free if trajectory else ()
+    quantities = [
+        item
+        for item in quantities_of(sweep)
+        if item.name != "drive effort" or item.owner not in free
+    ]
     at = places_of(sweep)
     samples = _values(quantities, sweep)
     rounding = _Rounding.of(sweep, quantities, samples)
@@ -152,19 +164,19 @@ def extremes(sweep: Sweep, box: Array | None = None) -> Extremes:
         unknown = "some samples are not known themselves"
     elif box is not None and len(box) > 1:
         at, samples, covered, unknown = _uphill(sweep, quantities, box, at, samples)
-    elif is_over_time(sweep):
+    elif is_over_time(sweep) and trajectory is None:
         covered += f" from {span(float(sweep.time[0]), float(sweep.time[-1]), 's', ' to ')}"
-    elif varies:
+    elif varies and not (trajectory and is_over_time(sweep)):
         covered += f", as {varies}"
     elif len(np.unique(at)) == 1:
         error[:] = 0.0
     else:
         try:
-            search = Search(sweep, given)
+            search = Search.along(trajectory) if trajectory else Search.of_drive(sweep, given)
             at, samples, error, rounding = search.found(quantities, samples)
             known_search, covered = search, ""
         except CardanError as failure:
-            unknown = f"positions between them cannot be solved: {failure}"
+            unknown = f"what is between them cannot be solved: {failure}"
     if unknown:
         error[:] = np.inf
     floor, is_turn = rounding.floor, known_search is not None and known_search.is_turn
@@ -304,24 +316,56 @@ def _coupling_units(sweep: Sweep) -> dict[str, str]:
     return dict(zip(names, sweep.table(motion=False).units["coupling_unit"][1], strict=True))
 
 
-class Search:
-    """Looks for extremes over the range of a drive, all else being constant.
+class Search(NamedTuple):
+    """Looks for extremes over the range of a drive, all else being constant, or over time.
 
     Attributes:
-        ends: between which positions of the drive [rad or m].
+        ends: between which positions of the drive [rad or m], or times [s].
+        panels: how many to begin with.
         is_turn: whether the last position is the first one again.
+        known: `(N,)` positions or times at which the quantities are known.
+        solved: returns the sweep at others.
+        rough: what a solution may be off, as a part of the size of a quantity.
     """
 
-    def __init__(self, sweep: Sweep, given: dict[str, Any]) -> None:
-        """Begin with the arguments that all samples of a sweep have in common."""
+    ends: tuple[float, float]
+    panels: int
+    is_turn: bool
+    known: Array
+    solved: Callable[[Array], Sweep]
+    rough: float = 0.0
+
+    @classmethod
+    def of_drive(cls, sweep: Sweep, given: dict[str, Any]) -> Search:
+        """Return that over a drive, with the arguments that all samples have in common."""
         solver = ProblemSolver(sweep.problem)
-        self.ends, self._count, self.is_turn = _range(sweep, solver)
-        self._scene, self._given = Scene._of(solver), given
-        self._position = np.ravel(sweep.position)
+        ends, count, is_turn = _range(sweep, solver)
+        solved = partial(Scene._of(solver).sweep, **given)
+        return cls(ends, count, is_turn, np.ravel(sweep.position), solved)
+
+    @classmethod
+    def along(cls, trajectory: Trajectory) -> Search:
+        """Return that over the time of a trajectory, which is known to the errors of its steps."""
+        time = trajectory.time
+        count = int(np.ceil(len(time) / DEGREE))
+        if count * DEGREE > MOST:
+            raise ModelError(f"there are {len(time)} times")
+
+        def solved(at: Array) -> Sweep:
+            found = trajectory.at(at)
+            if found.singular.any():
+                first = amount(float(found.time[found.singular][0]), "s")
+                raise ModelError(
+                    f"at t = {first} the configuration is singular; it may not be for another free "
+                    "coordinate"
+                )
+            return found.sweep
+
+        return cls((float(time[0]), float(time[-1])), count, False, time, solved, 0.1 * RIGHT)
 
     def evenly(self, count: int, *, endpoint: bool = False) -> Sweep:
         """Return a sweep at so many even steps over the range, with or without the end."""
-        return self._scene.sweep(np.linspace(*self.ends, count, endpoint=endpoint), **self._given)
+        return self.solved(np.linspace(*self.ends, count, endpoint=endpoint))
 
     def found(
         self, quantities: list[Quantity], samples: Array
@@ -339,22 +383,22 @@ class Search:
         Raises:
             CardanError: a position cannot be solved.
         """
-        even = np.linspace(*self.ends, self._count * DEGREE // 2 + 1)
-        first = self._scene.sweep(even, **self._given)
+        even = np.linspace(*self.ends, self.panels * DEGREE // 2 + 1)
+        first = self.solved(even)
         values, is_size = (
             _values(quantities, first),
             np.array([q.name in SIZES for q in quantities]),
         )
         rounding = _Rounding.of(first, quantities, values)
-        inside = (self._position >= self.ends[0]) & (self._position <= self.ends[1])
-        at = np.concatenate([self._position[inside], even])
+        inside = (self.known >= self.ends[0]) & (self.known <= self.ends[1])
+        at = np.concatenate([self.known[inside], even])
         values = np.concatenate([samples[inside], values])
         size = np.abs(values).max(axis=0)
         # The least size that is not zero is found as well as the greatest one by its square.
         enough = np.where(is_size, (0.3 * RIGHT * size) ** 2, 1e-3 * RIGHT * size)
         tolerance = Tolerance(
             np.tile(np.maximum(enough, np.where(is_size, 0.0, rounding.floor)), 2),
-            np.tile(rounding.each, 2),
+            np.tile(np.maximum(rounding.each, self.rough * size), 2),
             np.tile(is_size, 2),
         )
 
@@ -364,9 +408,9 @@ class Search:
             return np.concatenate([smooth, -smooth], axis=1)
 
         def both(at: Array) -> Array:
-            return smooth(_values(quantities, self._scene.sweep(at, **self._given)))
+            return smooth(_values(quantities, self.solved(at)))
 
-        known, error = greatest(both, self.ends, self._count, Known(at, smooth(values)), tolerance)
+        known, error = greatest(both, self.ends, self.panels, Known(at, smooth(values)), tolerance)
         values = known.values[:, : len(size)]
         values = np.where(is_size, np.sqrt(np.abs(values)), values)
         more, less = np.split(error, 2)

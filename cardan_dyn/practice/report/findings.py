@@ -81,7 +81,7 @@ class Findings(Result, Frozen):
     def __init__(
         self, case: Case, title: str, project: str, author: str, date: str, revision: str
     ) -> None:
-        mechanism, self.sweep, self.said, self._box = case
+        mechanism, self.sweep, self.said, self._box, self._trajectory = case
         self.mechanism = mechanism.base
         self.project, self.author, self.revision = project, author, revision
         self.title = title or mechanism.name
@@ -103,7 +103,7 @@ class Findings(Result, Frozen):
         """Extremes and what could not be known of them."""
         if self.sweep is None:
             return Extremes((), None, "", "", 0.0)
-        return extremes(self.sweep, self._box)
+        return extremes(self.sweep, self._box, self._trajectory)
 
     @property
     def extremes(self) -> tuple[Extreme, ...]:
@@ -208,8 +208,8 @@ class Findings(Result, Frozen):
             return "orders are those of one drive that turns, and several move"
         if sweep.mechanism.drivable[self.drives[0]].slides:
             return f"orders are those of a drive that turns, and {self.drives[0]} slides"
-        if self._found.search is None:
-            return f"orders are those of a range, and these are {self._found.covered}"
+        if self._found.search is None or self.is_over_time:
+            return f"orders are those of a range, and these are {self.covered}"
         if abs(self._turns - round(self._turns)) > 1e-9 or not round(self._turns):
             return f"orders need whole turns, the angles cover {self._turns:.6g}"
         return "" if self.acts else "nothing acts"
@@ -265,7 +265,9 @@ class Findings(Result, Frozen):
     @cached_property
     def exceeded(self) -> tuple[str, ...]:
         """Where the case goes beyond limits of the description, in words."""
-        return () if self.sweep is None else exceeded(self.sweep)
+        # The steps of a simulation may be far from each other.
+        sweep = self.drawn[0] if self.is_over_time else self.sweep
+        return () if sweep is None else exceeded(sweep)
 
     @property
     def beware(self) -> list[str]:
@@ -277,6 +279,8 @@ class Findings(Result, Frozen):
         """What the extremes are the extremes of."""
         if self._found.search is None:
             return self._found.covered
+        if self.is_over_time:
+            return f"the whole time from {span(*self._found.search.ends, 's', ' to ')}"
         slides = self.mechanism.drivable[self.drives[0]].slides
         return f"the whole range from {way(*self._found.search.ends, slides, ' to ')}"
 

@@ -99,8 +99,8 @@ class Report(_Filed, Findings):
         revision: str = "",
     ) -> None:
         if isinstance(case, Trajectory):
-            case = case.sweep
-        if isinstance(case, Mechanism):
+            case = Case(case.mechanism, case.sweep, trajectory=case)
+        elif isinstance(case, Mechanism):
             case = case_of(case)
         elif isinstance(case, Sweep):
             if len(case.shape) != 1:

@@ -629,18 +629,56 @@ def test_a_universal_joint_has_a_force_and_a_moment() -> None:
     assert told["moment"].least == pytest.approx(10.0, rel=1e-9)
 
 
-def test_a_trajectory_is_reported_over_time() -> None:
-    """Places are times, and what is greatest there is that of the arrays."""
-    scene = cd.Scene(cd.load("four_bar"), free=["crank_bearing"], gravity=(0.0, -9.81, 0.0))
-    run = scene.simulate(0.5, position=0.3)
+BOB = """<robot name="pendulum"><link name="base"/><link name="bob"><inertial>
+    <origin xyz="0 0 -0.5"/><mass value="2"/>
+    <inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <joint name="pin" type="continuous"><parent link="base"/><child link="bob"/>
+    <axis xyz="0 1 0"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(("rtol", "error"), [(1e-10, 1e-7), (1e-3, 1e-3)])
+def test_a_trajectory_is_reported_over_its_whole_time(rtol: float, error: float) -> None:
+    """A pendulum pulls most where it passes below its pin, by m g (3 - 2 cos of where it began)."""
+    scene = cd.Scene(cd.load(BOB), free="pin", gravity=(0.0, 0.0, -9.81))
+    # Without a damper its swing would be an integral of its energy.
+    damper = cd.JointSpring("pin", 0.0, damping=1e-12)
+    run = scene.replace(elements=[damper]).simulate(0.6, position=2.0, rtol=rtol)
     report = Report(run)
-    shear = run["crank_pin"].shear
-    item = by_name(report)["crank_pin", "shear"]
-    assert item.greatest == pytest.approx(shear.max(), rel=1e-12)
-    assert item.greatest_at[0, 0] == run.time[shear.argmax()]
-    assert f"Extremes of the {len(run)} samples from 0 to 0.5 s." in str(report)
-    assert " at t = " in str(report) and not report.doubts
+    item = by_name(report)["pin", "shear"]
+    pull = 2.0 * 9.81 * (3.0 - 2.0 * np.cos(2.0))
+    assert item.greatest == pytest.approx(pull, rel=error)
+    assert item.settled
+    # None of its steps ends there.
+    assert run["pin"].shear.max() < pull * (1.0 - 2e-3)
+    ((place,),) = item.greatest_at
+    assert run.at(place).position[0] == pytest.approx(0.0, abs=1e-3)
+    assert "Extremes of the whole time from 0 to 0.6 s." in str(report)
+    assert " at t = " in str(report) and not report.doubts and not report.orders
     assert "greatest_at_time" in report.to_dataframe().columns
+    # Later times alone are a range as well; in any other order they are samples.
+    later = by_name(Report(run.at([0.5, 0.6])))["pin", "shear"]
+    assert later.greatest_at == pytest.approx(np.array([[0.5]])) and later.least_at[0, 0] == 0.6
+    assert Report(run.at([0.6, 0.5, 0.55])).covered.startswith("the 3 samples")
+
+
+def test_a_trajectory_that_passes_a_dead_point_tells_what_it_does_not_know() -> None:
+    """The rod of a slider-crank, moved by its piston, is straight at a time between two steps."""
+    start = {"crank_bearing": 1.0}
+    scene = cd.Scene(cd.load("slider_crank"), free="piston_guide", near=start)
+    run = scene.replace(gravity=(0.0, -9.81, 0.0)).simulate(
+        0.5, position=start, speed={"crank_bearing": 20.0}
+    )
+    assert not run.singular.any()
+    report = Report(run)
+    (doubt,) = report.doubts
+    assert "the configuration is singular; it may not be for another" in doubt
+    acting = [item for item in report.extremes if item.acts]
+    assert acting and not any(item.settled for item in acting)
+    assert "drive effort" not in {item.quantity for item in acting}  # It is free.
+    by_crank = scene.replace(free="crank_bearing", gravity=(0.0, -9.81, 0.0))
+    whole = Report(by_crank.simulate(0.5, position=start, speed={"crank_bearing": 20.0}))
+    shear, known = (by_name(one)["crank_bearing", "shear"] for one in (report, whole))
+    assert known.settled and known.greatest > shear.greatest
 
 
 def test_a_slotted_lever_is_sized_by_what_acts_in_its_plane() -> None:
