@@ -76,6 +76,7 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
     "speed": (
         Unit("rpm", _TURN_PER_MINUTE, 1.0, ("rpm", "1/min", "rev/min")),
         Unit("rad_s", 1.0, 1.0, ("rad/s",)),
+        Unit("deg_s", math.pi / 180.0, 1.0, ("deg/s", "°/s")),
     ),
     "angular_acceleration": (
         Unit("rad_s2", 1.0, 1.0, ("rad/s²",)),
@@ -138,6 +139,8 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
     "acceleration": (
         Unit("m_s2", 1.0, 1.0, ("m/s²",)),
         Unit("mm_s2", 1.0, 1e3, ("mm/s²",)),
+        Unit("in_s2", INCH, 1.0, ("in/s²",)),
+        Unit("ft_s2", FOOT, 1.0, ("ft/s²",)),
     ),
     "time": (
         Unit("h", HOUR, 1.0, ("h",)),

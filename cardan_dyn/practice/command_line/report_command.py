@@ -15,7 +15,7 @@ from ..report.grids import stem_of
 from ..report.reporting import Report, Reports
 from .group import end_by
 from .options import Written
-from .quantities import assigned, efforts, ends_of, value_of
+from .quantities import assigned, efforts, ends_of, nearest, value_of
 from .quantities import positions as positions_of
 
 
@@ -27,6 +27,7 @@ def run(
     drive: tuple[str, ...],
     ends: tuple[str, str] | None,
     speed: str | None,
+    near: tuple[str, ...],
     held: tuple[str, ...],
     loads: tuple[str, ...],
     gravity: tuple[float, float, float] | str | None,
@@ -48,11 +49,11 @@ def run(
         from ...figures.style import require_matplotlib
 
         require_matplotlib()
-    fixed = positions_of(mechanism, held)
+    fixed, begun = positions_of(mechanism, held), nearest(mechanism, near)
     interval: tuple[float, float] | None = None
     rates: list[float | None] = [None]
     if ends is not None or speed is not None:
-        driven = (drive or default_scene(mechanism, held=fixed).drives)[0]
+        driven = (drive or default_scene(mechanism, held=fixed, near=begun).drives)[0]
         interval = None if ends is None else ends_of(mechanism, driven, ends)
         if speed is not None:
             every = _several(speed, "--speed")
@@ -67,6 +68,7 @@ def run(
         case = case_of(
             mechanism,
             drive=drive,
+            near=begun,
             held=fixed,
             loads=acting if listed else None,
             ways=ways,

@@ -17,6 +17,7 @@ from .group import Command
 @options.drive
 @options.between
 @options.rate
+@options.near
 @options.held
 @options.loads
 @options.gravity

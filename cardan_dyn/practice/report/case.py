@@ -86,7 +86,7 @@ def case_of(
     try:
         motion = usual_motion(mechanism, samples=samples, **given)
     except CardanError as error:
-        if any(given.get(name) for name in ("drive", "held", "loads")):
+        if any(given.get(name) for name in ("drive", "near", "held", "loads")):
             raise
         return Case(mechanism, None, (f"Nothing was computed: {error}.",))
     scene, said = motion.scene, f"As is usual: {motion.said}."

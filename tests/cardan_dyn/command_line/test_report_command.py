@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
+import cardan_dyn as cd
 from cardan_dyn.practice.command_line.commands import main
 
 
@@ -24,6 +27,31 @@ def test_numbers_are_printed_and_saved(tmp_path: Path) -> None:
     frame = pandas.read_csv(file)
     row = frame[(frame.owner == "rocker_pin") & (frame.quantity == "shear")].iloc[0]
     assert f"{row.greatest:.4g} N at 171.9°" in found.output
+
+
+def test_another_assembly_is_reported_where_it_is_named(tmp_path: Path) -> None:
+    """Of the crossed four-bar, as a scene near it has it."""
+    file = tmp_path / "extremes.json"
+    acting = ("--load", "rocker_bearing=-5", "--speed", 60, "--samples", 91, "--out", file)
+    told = {}
+    for near in (("crank_pin=0",), ("crank_pin=-74", "rocker_bearing=147")):
+        chosen = [word for item in near for word in ("--near", item)]
+        found = run("four_bar", *chosen, *acting)
+        assert found.exit_code == 0, found.output
+        table = json.loads(file.read_text("utf-8"))["columns"]
+        columns = (table[name] for name in ("owner", "quantity", "greatest"))
+        told[len(near)] = {(owner, what): most for owner, what, most in zip(*columns, strict=True)}
+    assert told[1] != told[2]
+    scene = cd.Scene(
+        cd.load("four_bar"),
+        drive="crank_bearing",
+        near={"crank_pin": -1.29, "rocker_bearing": 2.57},
+        loads={"rocker_bearing": -5.0},
+    )
+    report = cd.Report(scene.sweep(np.linspace(0.0, 2.0 * np.pi, 91), speed=2.0 * np.pi))
+    assert told[2] == pytest.approx(
+        {(item.owner, item.quantity): item.greatest for item in report.extremes}, rel=1e-6
+    )
 
 
 @pytest.mark.slow
