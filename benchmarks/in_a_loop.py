@@ -3,7 +3,7 @@
 Every call asks for something new: another position, load, angle, length, spring. Processor times,
 and calls of Python and C functions, which no busy machine changes, are multiples of those of one
 position of a scene that knows its motion. The four-bar, and the universal joint where an angle is
-held.
+held, or a line of three.
 """
 
 from __future__ import annotations
@@ -47,8 +47,10 @@ def candidates(folder: Path) -> dict[str, Callable[[], object]]:
     scene = cd.Scene(bar, drive=_CRANK, loads={_ROCKER: -5.0})
     longer, sprung = scene.replace(held={_LENGTH: 0.0}), scene.replace(elements=springs())
     joint = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.9})
+    angles = {f"joint_angle_{k}": 0.1 * k for k in (1, 2, 3)}
+    line = cd.Scene(cd.load("drive_line"), drive="bearing_in", held=angles)
     free = cd.Scene(bar, free=_CRANK, gravity=(0.0, -9.81, 0.0), elements=springs())
-    for each in (scene, longer, sprung, joint):
+    for each in (scene, longer, sprung, joint, line):
         each.sweep(turn)
     response, one, many = scene.response(), scene.sweep([0.3]), scene.sweep(turn[:72])
     of_masses = (
@@ -72,6 +74,9 @@ def candidates(folder: Path) -> dict[str, Callable[[], object]]:
         "replace(loads=), sweep": lambda: scene.replace(loads={_ROCKER: new(5.0)}).sweep(at()),
         "replace(elements=), sweep": lambda: scene.replace(elements=springs()).sweep(at()),
         "replace(held=), sweep": lambda: joint.replace(held={"joint_angle": new(0.9)}).sweep(at()),
+        "replace(held=) of three, sweep": lambda: line.replace(
+            held={name: new(value) for name, value in angles.items()}
+        ).sweep(at()),
         "Scene(…), sweep": lambda: cd.Scene(bar, drive=_CRANK).sweep(at()),
         "branches(), again": scene.branches,
         "equilibrium": lambda: free.equilibrium(new(0.3)),

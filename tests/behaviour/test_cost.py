@@ -228,6 +228,50 @@ def test_calls_of_a_scene_that_holds_a_joint_elsewhere() -> None:
         assert copy.motion_range() == alone.motion_range()
 
 
+@needs_kernel
+@pytest.mark.parametrize(
+    ("name", "drive", "held"),
+    [
+        (
+            "four_bar",
+            "crank_bearing",
+            {
+                f"origin:{of}.x": 0.0
+                for of in ("rocker_pin.successor", "crank_pin", "rocker_bearing")
+            },
+        ),
+        ("drive_line", "bearing_in", {f"joint_angle_{k}": 0.1 * k for k in (1, 2, 3)}),
+    ],
+)
+def test_calls_of_a_scene_that_holds_several_joints_elsewhere(
+    name: str, drive: str, held: dict[str, float]
+) -> None:
+    """One after the other, as a new scene brings them there: also one that others follow."""
+    scene = cd.Scene(cd.load(name), drive=drive, held=held)
+    scene.sweep(np.linspace(0.0, 6.0, 100))
+    once = calls(lambda: scene.sweep([0.4]))
+
+    def elsewhere(by: float, joints: int, told: cd.Scene) -> cd.Scene:
+        new = {joint: value + by for joint, value in list(held.items())[:joints]}
+        replaced = told.replace(held=new)
+        replaced.sweep([0.3])
+        return replaced
+
+    last = scene
+    for joints in 1, 3:
+        last = elsewhere(0.001, joints, last)
+    for told in scene, last:
+        for joints in range(1, len(held) + 1):
+            elsewhere(0.002, joints, told)
+            assert calls(lambda: elsewhere(0.011, joints, told)) < 4 * once  # noqa: B023
+    moved = elsewhere(0.011, 3, last)
+    alone = cd.Scene(scene.mechanism, drive=drive, held=moved.held)
+    for copy in (moved, pickle.loads(pickle.dumps(moved))):
+        found, wanted = (of.sweep([0.3, 40.0], speed=2.0).motion for of in (copy, alone))
+        np.testing.assert_allclose(found.x, wanted.x, rtol=0.0, atol=1e-13)
+        np.testing.assert_array_equal(found.turns, wanted.turns)
+
+
 def test_calls_of_the_first_sweep_of_another_scene() -> None:
     """What a scene of the same motion has proven, and how bodies are cut free, is known by then."""
     platform, legs = cd.load("stewart_platform"), [f"leg_{index}" for index in range(1, 7)]

@@ -6,6 +6,7 @@ Only this file and the tests that call it know the package.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -135,20 +136,25 @@ def cut_differently(case: Case, seed: int) -> list[Difference] | None:
 
 
 def held_elsewhere(case: Case, seed: int) -> list[Difference] | None:
-    """Return in what a scene told to hold a joint elsewhere differs from one made anew.
+    """Return in what a scene told to hold joints elsewhere, twice, differs from one made anew.
 
-    The joint moves by up to 2.5 rad, or lengths of the mechanism. None if none is held.
+    Each moves by up to 2.5 rad, or lengths of the mechanism. None if none is held.
     """
     if not case.held:
         return None
     scene, rng = scene_of(case), np.random.default_rng([seed, 2])
-    joint = sorted(case.held)[int(rng.integers(len(case.held)))]
-    unit = scene.mechanism.characteristic_length if scene.mechanism.drivable[joint].slides else 1.0
-    moved = {joint: case.held[joint] + unit * rng.uniform(-2.5, 2.5) * rng.uniform()}
+    moved = {}
+    for joint in rng.permutation(sorted(case.held))[: rng.integers(1, len(case.held) + 1)].tolist():
+        slides = scene.mechanism.drivable[joint].slides
+        unit = scene.mechanism.characteristic_length if slides else 1.0
+        moved[joint] = case.held[joint] + unit * rng.uniform(-2.5, 2.5) * rng.uniform()
     rates = {"speed": case.speeds, "acceleration": case.accelerations}
     sweeps, told = [], []
+    with suppress(cd.CardanError):
+        aside = rng.choice(sorted(case.held)).item()
+        scene = scene.replace(held={aside: case.held[aside] + 0.1 * rng.uniform(-1.0, 1.0)})
     for make in (
-        lambda: scene_of(replace(case, held=case.held | moved)),
+        lambda: scene_of(replace(case, held=dict(scene.held) | moved)),
         lambda: scene.replace(held=moved),
     ):
         try:

@@ -76,7 +76,7 @@ CAMPAIGNS = {
     "similar": Campaign("chains beside those of other sizes", _of_chains(compare.dissimilar)),
     "cut": Campaign("chains beside those cut elsewhere", _of_chains(compare.cut_differently)),
     "held": Campaign(
-        "scenes told to hold a joint elsewhere beside those made so",
+        "scenes told to hold joints elsewhere beside those made so",
         _of_chains(compare.held_elsewhere),
     ),
     "derivatives": Campaign(

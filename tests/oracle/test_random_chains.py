@@ -44,6 +44,6 @@ def test_what_is_chosen_does_not_depend_on_where_rings_are_cut(seed: int) -> Non
 
 # Some cannot be reached, and some hold several joints.
 @pytest.mark.parametrize("seed", [*range(500, 512)])
-def test_a_joint_held_elsewhere_is_held_as_in_a_new_scene(seed: int) -> None:
+def test_joints_held_elsewhere_are_held_as_in_a_new_scene(seed: int) -> None:
     differing = held_elsewhere(draw(seed), seed) or []
     assert not differing, "; ".join(map(str, differing))

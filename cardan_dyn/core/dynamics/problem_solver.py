@@ -153,6 +153,7 @@ class ProblemSolver(Frozen):
         problem: Problem,
         like: ProblemSolver | None = None,
         varied: tuple[str, ...] = (),
+        in_turn: bool = False,
     ) -> None:
         """Make the solver.
 
@@ -162,6 +163,7 @@ class ProblemSolver(Frozen):
                 motion, is shared if the problems differ in nothing that the motion depends on, and
                 what it has made besides if they differ in what sweeps say anew.
             varied: see the attribute. With them, `like` solves the same problem without.
+            in_turn: whether these joints move one after the other, as to the start of a scene.
         """
         self.problem, self.varied = problem, varied
         # How a copy is made, with what it shares; None for a solver that shares nothing.
@@ -170,10 +172,10 @@ class ProblemSolver(Frozen):
         self._family: ProblemSolver | None = None
         if like is not None and varied:
             self._made_by = ProblemSolver.of_varied, (like, varied)
-        self._of_varied: dict[tuple[str, ...], ProblemSolver] = {}
+        self._of_varied: dict[tuple[tuple[str, ...], bool], ProblemSolver] = {}
         self._lock = threading.Lock()
         if like is not None and varied:
-            self.assembly = Assembly(problem, varied, like.assembly)
+            self.assembly = Assembly(problem, varied, like.assembly, in_turn=in_turn)
         elif like is not None and problem.moves_like(like.problem):
             self._family = like._family
             made, known = self.__dict__, like.__dict__
@@ -246,14 +248,25 @@ class ProblemSolver(Frozen):
         """What names of parameters say."""
         return Kept()
 
-    def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
-        """Return the solver of the same problem for other positions of some held joints."""
+    def of_varied(
+        self, names: tuple[str, ...], begun: Mapping[str, float] | None = None
+    ) -> ProblemSolver:
+        """Return the solver of the same problem for other positions of some held joints.
+
+        Args:
+            names: of these joints.
+            begun: where all but the first of them are before they move one after the other, as on
+                the way to the start of a scene. They move together if there are none.
+        """
         if names == self.varied:
             return self
         with self._lock:
-            if names not in self._of_varied:
-                self._of_varied[names] = ProblemSolver(self.problem, self, names)
-            return self._of_varied[names]
+            key = names, bool(begun)
+            if key not in self._of_varied:
+                before = self.problem.holding(begun or {})
+                like = self if before.held == self.problem.held else ProblemSolver(before)
+                self._of_varied[key] = ProblemSolver(before, like, *key)
+            return self._of_varied[key]
 
     def at_design(self, positions: Mapping[str, float]) -> ProblemSolver:
         """Return the solver of the problem that holds the varied joints at some positions.
@@ -278,36 +291,43 @@ class ProblemSolver(Frozen):
         Raises:
             CardanError: as `ProblemSolver` does.
         """
-        family = self._family
-        if family is None or problem.held_elsewhere(family.problem) != family.varied:
-            family, joints = None, problem.held_elsewhere(self.problem)
+        design = None
+        if moved := problem.held_elsewhere(self.problem):
             with suppress(CardanError):
-                family = self.of_varied(joints) if joints else None
-        design = family and family._led_to(problem)
+                design = self._moving(moved)._led_to(problem)
         return design or ProblemSolver(problem, like=self)
 
-    def _led_to(self, problem: Problem) -> ProblemSolver | None:
-        """Return the solver of a problem that holds the varied joint elsewhere.
+    def _moving(self, moved: tuple[str, ...]) -> ProblemSolver:
+        """Return the solver whose designs hold some joints anywhere, on the way of new scenes.
 
-        None where the way to its start is not that of this scene, led on or turned back, or where
-        that start leaves doubts, which a solver of its own tells.
+        That way is the same up to the first of them. What moves behind it moves anew.
         """
-        assembly, (joint,) = self.closing, self.varied
-        columns, names = problem.mechanism.coordinates.columns_of, list(problem.held)
-        behind = names[names.index(joint) + 1 :]
-        if [problem.held[name] for name in behind] != assembly.begun[columns(behind)].tolist():
-            return None  # These moved when this one was there already.
-        drives = assembly.start[columns(problem.independent)][None, :]
-        design = self.at_design({joint: problem.held[joint]})
+        family, held = self._family, self.problem.held
+        wanted = {*moved, *(family.varied if family else ())}
+        if family and len(wanted) == len(family.varied):
+            return family
+        columns = self.problem.mechanism.coordinates.columns_of(held)
+        begun = dict(zip(held, self.closing.begun[columns].tolist(), strict=True))
+        names = list(held)
+        names = names[min(map(names.index, wanted)) :]
+        varied = tuple(name for name in names if name in wanted or held[name] != begun[name])
+        return self.of_varied(varied, {name: begun[name] for name in varied[1:]})
+
+    def _led_to(self, problem: Problem) -> ProblemSolver | None:
+        """Return the solver of a problem that holds the varied joints elsewhere.
+
+        None where its start leaves doubts, which a solver of its own tells.
+        """
+        columns = problem.mechanism.coordinates.columns_of(problem.independent)
+        drives = self.closing.start[columns][None, :]
+        design = self.at_design({name: problem.held[name] for name in self.varied})
         # One of its own is made where sweeps do not suffice, and by copies.
         design.__dict__.pop("assembly")
         design.__dict__["_made_by"] = None
-        with suppress(CardanError):
-            start = design.closing.guesses(Targets.of_positions(drives))
-            state = design.closing.kinematics.evaluate(start.x)
-            is_closed = state.residual[0] < CLOSURE_TOLERANCE
-            return design if is_closed and state.condition[0] < REGULAR_CONDITION else None
-        return None
+        start = design.closing.guesses(Targets.of_positions(drives))
+        state = design.closing.kinematics.evaluate(start.x)
+        is_closed = state.residual[0] < CLOSURE_TOLERANCE
+        return design if is_closed and state.condition[0] < REGULAR_CONDITION else None
 
     @cached_property
     def complete(self) -> ProblemSolver:
@@ -454,7 +474,7 @@ class ProblemSolver(Frozen):
             ArgumentError: it did.
         """
         solver = assembled.solver
-        if solver is not self and self._of_varied.get(solver.varied) is not solver:
+        if solver is not self and self._of_varied.get((solver.varied, False)) is not solver:
             raise ArgumentError(
                 "these positions were assembled by another scene; assemble them again"
             )

@@ -52,6 +52,7 @@ class Assembly:
         varied: tuple[str, ...] = (),
         like: Assembly | None = None,
         tells: bool = True,
+        in_turn: bool = False,
     ) -> None:
         """Assemble a mechanism.
 
@@ -60,6 +61,7 @@ class Assembly:
             varied: held joints whose positions differ from sample to sample. They are drives here.
             like: assembly of the same problem without them, whose start is taken.
             tells: see `states_to_start`; scenes tell, what they look at besides does not.
+            in_turn: whether varied joints move one after the other, see `JointMotion`.
         """
         of_held, self._problem = problem, problem.driving(varied)
         problem = self._problem
@@ -80,7 +82,7 @@ class Assembly:
         self.groups, self.needed, self.decided = division.groups, division.needed, division.decided
         self._at: Mapping[str, Array] | None = None
         common = division.kinematics, division.independent, known, self.start
-        self._guesses = Guesses(problem, *common, of_held, _guesses_of, len(varied))
+        self._guesses = Guesses(problem, *common, of_held, _guesses_of, len(varied), in_turn)
 
     @property
     def kinematics(self) -> Kinematics:

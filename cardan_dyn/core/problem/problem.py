@@ -108,18 +108,19 @@ class Problem(Record):
         return result
 
     def held_elsewhere(self, other: Problem) -> tuple[str, ...]:
-        """Return the held joint that alone stands elsewhere than in another problem.
+        """Return the held joints that stand elsewhere than in another problem, in their order.
 
-        Nothing but it then decides where a scene of the first assembly mode starts. There is none
-        where more differs, or where joints are brought to positions that it may carry them from.
+        Nothing but these then decides where a scene of the first assembly mode starts. There are
+        none where more differs, or where joints are brought to positions that these may carry them
+        from.
         """
         names = list(self.held)
         stays = set(self.near) <= set(self.independent) and not self.near_balls
         if self.free or not stays or self.branch != FIRST_MODE or names != list(other.held):
             return ()
-        moved = tuple(name for name in names if self.held[name] != other.held[name])
-        alone = len(moved) == 1 and self.differs_from(other) == {"held"}
-        return moved if alone else ()
+        if self.differs_from(other) != {"held"}:
+            return ()
+        return tuple(name for name in names if self.held[name] != other.held[name])
 
     def driving(self, names: tuple[str, ...]) -> Problem:
         """Return the problem in which some held joints are independent, after the others."""

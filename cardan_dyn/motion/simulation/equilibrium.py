@@ -269,8 +269,9 @@ class _Statics:
             units = self.unit * self.scale
             try:
                 efforts = self._efforts(x + self.unit * self._stencil, is_proven)
-            except CardanError:
-                if self.unit == _FINER[-1]:
+            except CardanError as error:
+                # Finer steps do not bring the place itself within reach.
+                if self.unit == _FINER[-1] or getattr(error, "sample", None) == 0:
                     raise
                 continue
             self.greatest = max(self.greatest, float(np.abs(efforts * self.scale).max()))

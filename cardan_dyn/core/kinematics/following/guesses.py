@@ -67,6 +67,7 @@ class Guesses:
         of_held: Problem,
         guesses_of: Callable[[Problem], Guesses],
         varied: int,
+        in_turn: bool,
     ) -> None:
         """Begin without having followed anything.
 
@@ -79,9 +80,11 @@ class Guesses:
             of_held: the problem, with all held joints at one position each.
             guesses_of: returns those of another problem, in its first assembly mode.
             varied: how many of the drives, the last ones, are held joints.
+            in_turn: whether these move one after the other, see `JointMotion`.
         """
         self._problem, self._open, self._independent = problem, kinematics, independent
         self._at_start, self._start, self._varied = at_start, start, varied
+        self._in_turn = in_turn
         self._of_held, self._guesses_of = of_held, guesses_of
         self._motionless = not kinematics.passives.size  # Nothing has to be followed then.
         self._columns = np.array(problem.mechanism.coordinates.columns_of(problem.independent))
@@ -199,4 +202,4 @@ class Guesses:
         def known() -> Kinematics:
             return self.kinematics.part(drives, groups)
 
-        return JointMotion(*common, known, self.orders, self._varied)
+        return JointMotion(*common, known, self.orders, self._varied, self._in_turn)

@@ -28,9 +28,10 @@ class JointMotion:
     """The motion of what several drives move together; varied held joints are drives here as well.
 
     The configuration at a sample is reached from the start: held joints first move to their
-    positions along a straight line, then the drives to theirs. Before the latter, whole turns are
-    taken off the drives that bring the mechanism back to itself when they turn alone, from there;
-    where the rest of the way is not open, the drives move along the whole straight line.
+    positions along a straight line, or one after the other, as to the start of a scene; then the
+    drives to theirs. Before the latter, whole turns are taken off the drives that bring the
+    mechanism back to itself when they turn alone, from there; where the rest of the way is not
+    open, the drives move along the whole straight line.
     """
 
     def __init__(
@@ -42,11 +43,13 @@ class JointMotion:
         known: Callable[[], Kinematics],
         orders: Callable[[Tree, Roles], Orders],
         varied: int = 0,
+        in_turn: bool = False,
     ) -> None:
         """Begin at the start; arguments as of `DriveMotion`, with several drives.
 
-        The last `varied` drives of the problem are held joints; `known` returns the kinematics with
-        the rows that are independent over the motion, `orders` see `Orders`.
+        The last `varied` drives of the problem are held joints, which move together or in turn;
+        `known` returns the kinematics with the rows that are independent over the motion, `orders`
+        see `Orders`.
         """
         self._drives, self._mechanism = drives, problem.mechanism
         self._names = tuple(problem.independent[index] for index in drives)
@@ -61,7 +64,8 @@ class JointMotion:
         self._driven = [k for k, index in enumerate(drives) if index < first_varied]
         self._held = [k for k, index in enumerate(drives) if index >= first_varied]
         # Sets of them that move one after the other.
-        self._legs = [leg for leg in (self._held, self._driven) if leg]
+        held = [[k] for k in self._held] if in_turn else [self._held]
+        self._legs = [leg for leg in (*held, self._driven) if leg]
 
     def followed(
         self, prescribed: Array, along_path: bool = False, strict: bool = True
