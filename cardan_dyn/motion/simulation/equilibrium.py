@@ -36,6 +36,9 @@ too long: a curve leaves the square of the first step."""
 _MOST_STEPS = 200
 _LONGEST = 0.3
 """Longest step of Newton's method [rad, or as a fraction of the characteristic length]."""
+_TURN = math.ceil(math.tau / _LONGEST)
+"""Steps of a turn, after which forces of what goes round repeat: if they fell by less than it takes
+to end within the steps that are left, nothing ahead does."""
 
 
 class Equilibrium(Prescribed):
@@ -53,13 +56,13 @@ class Equilibrium(Prescribed):
         sweep: the scene at rest there: wrenches, holding efforts, residuals.
     """
 
-    def __init__(self, statics: _Statics, position: Array, stiffness: Array) -> None:
+    def __init__(self, statics: _Statics, place: _Place) -> None:
         self._problem, self._statics = statics.problem, statics
-        self.position, self.stiffness = read_only(position), read_only(stiffness)
+        self.position, self.stiffness = read_only(place.x), read_only(place.stiffness)
         self._scale = read_only(statics.scale)
-        greatest = float(np.max(np.abs(stiffness * self._scale[:, None] * self._scale)))
+        greatest = float(np.max(np.abs(place.stiffness * self._scale[:, None] * self._scale)))
         # Differences of efforts that are rounded like wrenches leave a tenth of it.
-        noise = ROUNDED / statics.unit * statics.wrench
+        noise = ROUNDED / place.unit * statics.wrench
         self._noise = max(noise, ROUNDED * greatest, float(np.finfo(float).tiny))
         self._freeze()
 
@@ -134,21 +137,25 @@ def equilibrium(
             f"outputs, which are: {choices(solver.problem.outputs)}"
         )
     statics = _Statics(solver, acting, driven)
-    place = statics.place(x)
-    for _ in range(_MOST_STEPS):
+    place, sizes = statics.place(x), list[float]()
+    is_there, left = False, _MOST_STEPS
+    while not is_there:
+        sizes.append(statics.size(place.effort))
+        pace = math.inf if len(sizes) <= _TURN else (sizes[-1 - _TURN] - sizes[-1]) / _TURN
+        if not left or sizes[-1] > pace * left:
+            raise EquilibriumError(
+                f"no equilibrium was found near the start; after {_MOST_STEPS - left} steps these "
+                f"still need {place.effort.tolist()} at {place.x.tolist()}; start nearer to one",
+                position=place.x,
+                effort=place.effort,
+            )
         place, is_there = _moved(statics, place)
-        if is_there:
-            break
-    else:
-        raise EquilibriumError(
-            f"no equilibrium was found near the start; after {_MOST_STEPS} steps these still "
-            f"need {place.effort.tolist()} at {place.x.tolist()}; start nearer to one",
-            position=place.x,
-            effort=place.effort,
-        )
+        left -= 1
+        if statics.is_uneven:  # Narrow valleys are slow, and lead on.
+            sizes.clear()
     if not place.is_proven:
         place = statics.place(place.x, is_proven=True)
-    if statics.is_at_kink:
+    if place.is_at_kink:
         raise EquilibriumError(
             f"{place.x.tolist()} is an equilibrium at a kink of a force, which has another "
             "stiffness on either side of it, such as a row of a table: move that row, or sweep the "
@@ -156,7 +163,7 @@ def equilibrium(
             position=place.x,
             effort=place.effort,
         )
-    return Equilibrium(statics, place.x, place.stiffness)
+    return Equilibrium(statics, place)
 
 
 class _Place(NamedTuple):
@@ -166,42 +173,52 @@ class _Place(NamedTuple):
         x: `(f,)` their positions [rad or m].
         effort: `(f,)` along them.
         stiffness: `(f, f)` its derivatives.
+        unit: of the differences that they are [rad, or as a fraction of the characteristic length].
+        is_at_kink: whether no step was short enough for them.
         is_proven: whether efforts at all positions that these are made of are proven.
     """
 
     x: Array
     effort: Array
     stiffness: Array
+    unit: float
+    is_at_kink: bool
     is_proven: bool
 
 
 def _moved(statics: _Statics, place: _Place) -> tuple[_Place, bool]:
     """Return a place at which less effort is needed, and whether it is the last one."""
     x, scale = place.x, statics.scale
-    size = math.hypot(*place.effort * scale)
+    size = statics.size(place.effort)
     if size <= EPS * statics.wrench:
         return place, True
     step, *_ = np.linalg.lstsq(place.stiffness, -place.effort, rcond=1e-12)
     length = float((np.abs(step) / scale).max())
     if length > _LONGEST:
         step, length = step * (_LONGEST / length), _LONGEST
+    whole = length
     shortest = 4.0 * EPS * (1.0 + float(np.abs(x).max()))
-    refused = ""
+    refused, statics.is_uneven = "", False
     while length > shortest:
         # About the square of a step is left behind it.
         is_near = length <= EPS ** (1.0 / 3.0)
         try:
-            found = statics.place(x + step, is_near)
+            # Where a step was cut, others mostly are, which one position tells.
+            left = statics.needed(x + step) if statics.is_cut else 0.0
+            if left < size:
+                found = statics.place(x + step, is_near)
+                left = statics.size(found.effort)
         except CardanError as error:
             # A dead point, a gap or the end of a table lies on the way.
             refused = f". Beyond, {error}"
         else:
-            left = math.hypot(*found.effort * scale)
             if left < size:
+                statics.is_cut = length < whole
                 return found, left <= 4.0 * EPS * max(statics.greatest, statics.wrench)
             if size <= 1e-11 * statics.greatest:  # Rounding is all that is left.
                 return place, True
-        step, length = 0.25 * step, 0.25 * length
+            statics.is_uneven = True
+        statics.is_cut, step, length = True, 0.25 * step, 0.25 * length
     if size <= max(NOTHING * statics.greatest, ROUNDED * statics.wrench):
         return place, True
     raise EquilibriumError(
@@ -219,9 +236,9 @@ class _Statics:
         problem: of the scene.
         scale: `(f,)` units of the free coordinates: 1 rad, or the characteristic length.
         greatest: greatest effort seen [N·m].
-        unit: of the last differences [rad, or as a fraction of the characteristic length].
-        is_at_kink: whether no step was short enough for them.
         wrench: greatest moment, or force by the characteristic length, seen in a joint [N·m].
+        is_cut: whether the last step was shortened.
+        is_uneven: whether it was since more effort is needed beyond.
     """
 
     def __init__(self, solver: ProblemSolver, acting: Acting, driven: Array) -> None:
@@ -236,7 +253,7 @@ class _Statics:
         )
         self._stencil = np.vstack([np.zeros_like(self.scale), displacements(self.scale)])
         self.greatest = self.wrench = 0.0
-        self.unit, self.is_at_kink = _FINER[0], False
+        self.is_cut = self.is_uneven = False
 
     def sweep(self, positions: Array) -> Sweep:
         """Return the scene at rest at positions `(N, f)`."""
@@ -258,30 +275,39 @@ class _Statics:
         size = np.abs(wrenches)
         size[..., :3] *= self.problem.mechanism.characteristic_length
         self.wrench = max(self.wrench, float(size.max(initial=0.0)))
-        return efforts[:, len(self._driven) : len(self.problem.independent)]
+        found = efforts[:, len(self._driven) : len(self.problem.independent)]
+        self.greatest = max(self.greatest, float(np.abs(found * self.scale).max()))
+        return found
+
+    def size(self, effort: Array) -> float:
+        """Return the size of efforts `(f,)` [N·m]."""
+        return math.hypot(*effort * self.scale)
+
+    def needed(self, x: Array) -> float:
+        """Return the size of what is needed at a position `(f,)`."""
+        return self.size(self._efforts(x[None, :], False)[0])
 
     def place(self, x: Array, is_proven: bool = False) -> _Place:
         """Return what is needed at positions `(f,)`.
 
         Derivatives are taken with the longest step that leaves kinks outside.
         """
-        for self.unit in _FINER:
-            units = self.unit * self.scale
+        for unit in _FINER:
+            units = unit * self.scale
             try:
-                efforts = self._efforts(x + self.unit * self._stencil, is_proven)
+                efforts = self._efforts(x + unit * self._stencil, is_proven)
             except CardanError as error:
                 # Finer steps do not bring the place itself within reach.
-                if self.unit == _FINER[-1] or getattr(error, "sample", None) == 0:
+                if unit == _FINER[-1] or getattr(error, "sample", None) == 0:
                     raise
                 continue
-            self.greatest = max(self.greatest, float(np.abs(efforts * self.scale).max()))
             derivative, size = slopes(efforts[1:], units), self.scale[:, None] * self.scale
             most = max(self.wrench, float(np.abs(derivative * size).max()))
             left = kinks(efforts[1:], efforts[0], units) * size
-            self.is_at_kink = bool(left.max() > _UNEVEN * most)
-            if not self.is_at_kink:
+            is_at_kink = bool(left.max() > _UNEVEN * most)
+            if not is_at_kink:
                 break
-        return _Place(x, efforts[0], derivative, is_proven)
+        return _Place(x, efforts[0], derivative, unit, is_at_kink, is_proven)
 
     def inertia(self, x: Array) -> Array:
         """Return the generalised inertia `(f, f)` at a position."""
