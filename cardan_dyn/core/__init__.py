@@ -101,7 +101,7 @@ OFFERED = {
     "results.limits": ("efforts", "exceeded"),
     "results.lost_digits": ("WELL", "digits", "lost_part", "near_singular", "right"),
     "results.plot": ("Plot", "draws", "own_options"),
-    "results.point_motion": ("Points",),
+    "results.point_motion": ("Points", "motions_of"),
     "results.prescribed": ("MotionResult", "Prescribed"),
     "results.result": ("Result",),
     "results.sweep": ("FRAMES",),

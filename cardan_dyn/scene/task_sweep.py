@@ -18,7 +18,7 @@ from ..core.results.table import Table, Variable
 from ..kit.arrays import EPS, Array, spread
 from ..kit.errors import IndeterminateError, choices
 from ..kit.frozen import frozen, made, read_only
-from .tasks import Task, missed
+from .tasks import PointTask, PoseTask, Task, missed
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -339,6 +339,15 @@ class TaskSweep(Sweep):
         efforts = {name: of_drives[..., k] for k, name in enumerate(self.drives)}
         efforts |= dict(self._shares)
         return frozen({name: read_only(efforts[name]) for name in self.actuated_unique})
+
+    @property
+    def led_points(self) -> dict[str, tuple[str, Array]]:
+        """Links of which the task leads a point, to that point `(3,)`, as `points` of results."""
+        return {
+            task.link: (task.link, np.asarray(getattr(task, "point", (0.0, 0.0, 0.0))))
+            for task in self._given.tasks
+            if isinstance(task, (PointTask, PoseTask))
+        }
 
     @property
     def leads(self) -> list[Lead]:

@@ -180,7 +180,7 @@ def with_points(table: Table, moving: Any, points: Points) -> Table:
     Raises:
         ModelError, ArgumentError: see `PointMotion`.
     """
-    found = _points(moving, points)
+    found = motions_of(moving, points)
     if not found:
         return table
     dims = (*table.samples, "point", "component")
@@ -200,7 +200,8 @@ def with_points(table: Table, moving: Any, points: Points) -> Table:
     return replace(table, variables=[*table.variables, *variables], labels=labels)
 
 
-def _points(moving: Any, points: Points) -> dict[str, PointMotion]:
+def motions_of(moving: Any, points: Points) -> dict[str, PointMotion]:
+    """Return the motions of points by their names; arguments and errors of `with_points`."""
     if isinstance(points, str):
         points = [points]
     named = points if isinstance(points, Mapping) else {name: name for name in points}

@@ -30,6 +30,7 @@ AXIAL = Color.of("#00838f", on_top=True, layer=5)
 SHEAR = Color.of("#b35900", on_top=True, layer=6)
 AXIS = Color.of("#5f6b7a", opacity=0.75, on_top=True, layer=1)
 LOOP = Color.of("#0091b3", opacity=0.9, on_top=True, layer=2)
+PATH = Color.of("#283593", opacity=0.9, on_top=True, layer=1)
 _LABEL = Color.of("#333333")
 
 COLORS = {
@@ -125,6 +126,7 @@ def build(
     parts: Parts,
     samples: Array,
     swings: frozenset[str] = frozenset(),
+    paths: Mapping[str, Array] | None = None,
 ) -> Scenery:
     """Draw a sweep.
 
@@ -134,6 +136,7 @@ def build(
         parts: what is drawn.
         samples: `(n,)` indices of the samples that are shown.
         swings: coordinates that swing as in a mode, and are driven by nothing.
+        paths: names of points to where they are at all samples `(N, 3)` [m].
 
     Raises:
         ArgumentError: no position is known of anything that could be drawn.
@@ -165,6 +168,8 @@ def build(
         builder.draw_moments(vectors, parts.moments, traced)
     if parts.forces:
         builder.draw_forces(vectors)
+    for name, path in (paths or {}).items():
+        builder.draw_path(name, path, samples)
     if parts.labels:
         builder.draw_labels(vectors)
     if parts.elements and sweep.elements:
@@ -259,6 +264,15 @@ class _Builder:
         longest = legible(getattr(item, kind) for item in vectors)
         cut = longest if longest < greatest else None
         return Scale(kind, unit, longest / (forms.ARROW * self._radius), cut)
+
+    def draw_path(self, name: str, path: Array, samples: Array) -> None:
+        """Draw the path of a point, and the point at some of its samples."""
+        node, means = f"/paths/{node_name(name)}", f"path of {name}"
+        wire = forms.path(path, _THIN * self._radius)
+        self.drawing.add(node, wire, PATH, means=means)
+        pose = Pose.of(path[samples], scale=np.full(1, self._radius))
+        self.drawing.add(f"{node} point", forms.capsule(3.0 * _THIN), PATH, pose=pose)
+        self.drawing.include(path)
 
     def draw_labels(self, vectors: list[Vectors]) -> None:
         """Write the names of joints."""

@@ -15,12 +15,13 @@ from collections.abc import Sequence
 from functools import cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...core.elements.element import Element
 from ...core.mechanism.configuration import Configuration
+from ...core.results.point_motion import motions_of
 from ...core.results.sweep import Sweep
 from ...figures.style import refuse_grid
 from ...kit.checks import described, file_path, names, positive, whole, writing
@@ -31,6 +32,9 @@ from .commands import Arrays, meshcat
 from .readings import Course, course, readings
 from .scenery import Parts, Scenery, build
 from .still import Still
+
+if TYPE_CHECKING:
+    from ...core.results.point_motion import Points
 
 HOST = "127.0.0.1"
 _JOIN_SECONDS = 0.5
@@ -50,6 +54,7 @@ def view(
     labels: bool = True,
     elements: bool | Sequence[Element] = True,
     swings: Sequence[str] = (),
+    points: Points = (),
     duration: float | None = None,
     frames: int = 1440,
     title: str | None = None,
@@ -77,6 +82,8 @@ def view(
             which has none, those that are listed here.
         swings: coordinates that swing as in a mode, whose size is chosen to be seen, as in
             `mode_sweep`; the page says so, and draws no drive there.
+        points: whose paths are drawn, with the points on them: names of links or frames, or names
+            to `(link, xyz)`, as in `Sweep.to_dataframe`; those that a task leads are drawn besides.
         duration: time in which the sweep is shown once [s]; if not given, its own where it has one
             that can be followed (2 to 60 s), else 8 s. The page can change it.
         frames: greatest number of samples that are shown, chosen evenly.
@@ -101,9 +108,16 @@ def view(
     count = min(len(shot), frames)
     samples = np.unique(np.linspace(0, len(shot) - 1, count).round().astype(int))
     swings = names("swings", swings)
+    if points and isinstance(shot, Still):
+        raise ArgumentError("a configuration does not move, and points of it leave no paths")
     loads = moments or forces
     parts = Parts(visuals, moments, forces, axes, traces, labels, elements is not False, loads)
-    scenery, arrays = build(shot, shown, parts, samples, frozenset(swings)), Arrays()
+    paths = {
+        name: point.position
+        for named in (getattr(shot, "led_points", {}), points)
+        for name, point in motions_of(shot, named).items()
+    }
+    scenery, arrays = build(shot, shown, parts, samples, frozenset(swings), paths), Arrays()
     along = course(shot, samples, timed=isinstance(sweep, Trajectory))
     told = readings(shot, shown, samples, arrays, along, frozenset(swings))
     told["duration"] = _duration(along) if duration is None else duration

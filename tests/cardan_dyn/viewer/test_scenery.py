@@ -236,3 +236,17 @@ def test_a_moment_along_its_axis_leaves_no_trace() -> None:
     ).sweep(np.linspace(0.0, 6.0, 25))
     assert np.ptp(turn["crank_bearing"].torsion) > 1.0
     assert roots(scenery(turn, dataclasses.replace(NONE, traces=True))) == BODIES
+
+
+def test_points_move_on_their_paths() -> None:
+    turn = cd.Scene(cd.load("four_bar"), drive="crank_bearing").sweep(np.linspace(0, 6.0, 97))
+    pin = turn.origin("crank_pin")
+    scene = build(turn, (), NONE, SAMPLES, paths={"pin": pin})
+    point = scene.drawing.nodes["/paths/pin point"]
+    np.testing.assert_allclose(point.position, pin[SAMPLES], atol=1e-12)
+    (wire,) = (item for item in scene.drawing.objects if item.path == "/paths/pin")
+    # A wire along the circle about the bearing of the crank.
+    away = np.linalg.norm(wire.surface[0] - turn.origin("crank_bearing")[0], axis=1)
+    radius = np.linalg.norm(pin[0] - turn.origin("crank_bearing")[0])
+    np.testing.assert_allclose(away, radius, atol=1.01 * 0.005 * scene.drawing.size)
+    assert ("path of pin", "paths") in {item[1:] for item in scene.drawing.legend}

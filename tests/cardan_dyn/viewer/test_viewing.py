@@ -13,6 +13,7 @@ import urllib.request
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -142,10 +143,10 @@ def test_frames_are_chosen_evenly_and_shown_in_the_duration(
         names: tuple[str, ...],
         parts: Parts,
         samples: np.ndarray,
-        swings: frozenset[str],
+        *others: Any,
     ) -> Scenery:
         chosen.append(samples)
-        return build(sweep, names[:1], parts, samples, swings)
+        return build(sweep, names[:1], parts, samples, *others)
 
     monkeypatch.setattr(viewing, "build", recorded)
     page = cd.view(joint_turn, frames=frames, duration=3.0).html
@@ -276,3 +277,19 @@ def test_other_systems_always_have_a_display(
     assert shown.open() is False
     assert opened == [shown.url]
     shown.close()
+
+
+def test_paths_are_those_of_points_and_of_what_a_task_leads() -> None:
+    arm = cd.load("four_bar")
+    turn = cd.Scene(arm, drive="crank_bearing").sweep(np.linspace(0.0, 1.0, 7))
+    assert "path of coupler" in cd.view(turn, points=["coupler"]).html
+    assert "path of tip" in cd.view(turn, points={"tip": ("coupler", (0.1, 0.0, 0.0))}).html
+    with pytest.raises(cd.ModelError, match="tip"):
+        cd.view(turn, points=["tip"])
+    with pytest.raises(cd.ArgumentError, match="no paths"):
+        cd.view(cd.Scene(arm, drive="crank_bearing").configuration(), points=["coupler"])
+    legs = [f"leg_{index}" for index in range(1, 7)]
+    robot = cd.Scene(cd.load("stewart_platform"), task=cd.PoseTask("platform"), actuated=legs)
+    height = robot.configuration().point("platform")[2]
+    rows = np.array([[0.0, y, height, 0.0, 0.0, 0.0] for y in (0.0, 0.02)])
+    assert "path of platform" in cd.view(robot.sweep(rows, along_path=True)).html

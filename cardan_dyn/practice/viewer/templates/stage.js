@@ -186,6 +186,7 @@ const PARTS = [
   ["loads", ["loads"], "Loads"],
   ["drive", ["drive"], "Drive"],
   ["axes", ["axes"], "Axes"],
+  ["paths", ["paths"], "Paths of points"],
   ["traces", ["moment", "traces"], "Whole moments and their traces"],
   ["elements", ["elements"], "Force elements"],
   ["names", [], "Names"],
