@@ -157,6 +157,9 @@ def test_report_page_shows_both_scenes_offline(opened: Opener, tmp_path: Path) -
         page.page.wait_for_timeout(300)
     assert page.complaints == []
     assert [url for url in page.requests if not url.startswith(("file:", "data:", "about:"))] == []
+    # On a telephone its table is wider than the page.
+    page.page.set_viewport_size({"width": 390, "height": 780})
+    assert grave(page.page) == []
 
 
 @pytest.mark.slow
