@@ -15,6 +15,8 @@ from testkit.linkages import RATES, four_bar, loop
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 MOMENTS = {"x": 0.02, "y": 0.05, "z": 0.04}
 """Principal moments of inertia of a pendulum [kg·m²]."""
 

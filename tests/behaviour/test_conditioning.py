@@ -10,6 +10,8 @@ from testkit.scenes import double, text, universal
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 POSITIONS = np.linspace(0.1, 6.2, 9)
 
 

@@ -14,6 +14,8 @@ from testkit.ball_rods import ALONG, LINE, WAYS, as_a_floating_rod, as_balls, li
 import cardan_dyn as cd
 from cardan_dyn.core.kinematics.closing.group_solver import GroupSolver
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 POSITIONS = np.linspace(-1.0, 1.0, 21)
 OPTIONS = {"drive": "a", "loads": {"d": -3.0}, "gravity": [0.0, 0.0, -9.81]}
 ENDS = {

@@ -30,6 +30,8 @@ import cardan_dyn as cd
 from cardan_dyn.core.results.jacobian import Jacobian
 from cardan_dyn.kit.arrays import Array
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 POINT = np.array([0.13, -0.21, 0.34])
 GEARED = linkages.gears(linkages.coupling("mesh", "a", "b", -2.5))
 

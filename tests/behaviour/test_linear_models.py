@@ -15,6 +15,8 @@ from testkit.coordinates import BARS, agree, all_driven, motion_of, scene_of, sl
 import cardan_dyn as cd
 from cardan_dyn.kit.arrays import Array
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 G, LENGTH, MASS, CART = 9.81, 0.7, 2.0, 5.0
 CARRIED = f"""<mujoco><compiler angle="radian"/><worldbody><body name="cart">
 <joint name="way" type="slide" axis="1 0 0"/>

@@ -10,6 +10,8 @@ from testkit.compound_joints import Z, body, joint, loop, robot
 import cardan_dyn as cd
 from cardan_dyn.practice.command_line.commands import main
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 TRANSMISSION = '<transmission name="t{0}"><type>simple</type><joint name="{0}"/></transmission>'
 CONTROL = (
     '<ros2_control name="s" type="system">{}<joint name="rocker"><state_interface '

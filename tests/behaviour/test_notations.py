@@ -12,6 +12,8 @@ from testkit.scenes import relative, text, universal
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 PLUS = four_bar(loop("continuous"))
 TREE = PLUS[: PLUS.index("<loop")] + "</robot>"
 ISAAC = (

@@ -10,6 +10,8 @@ from scipy.optimize import Bounds, least_squares, minimize
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 PHI = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 LENGTHS = {
     "origin:crank_pin.x": ("-10 mm", "10 mm"),

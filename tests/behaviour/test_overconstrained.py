@@ -30,6 +30,8 @@ from testkit.hinge_loops import (
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 LOOPS = {
     "bennett": 3,
     "goldberg_5": 4,

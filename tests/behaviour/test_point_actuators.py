@@ -18,6 +18,8 @@ from cardan_dyn import vibration
 from cardan_dyn.core.elements.law import Law
 from cardan_dyn.core.elements.point_spring import PointForce
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 ENDS = ("crank", (0.05, 0.02, 0.0), "rocker", (0.1, 0.1, 0.0))
 TURN = np.linspace(0.0, 2.0 * np.pi, 30)
 SPRING = cd.PointSpring(*ENDS, 500.0, length=0.2)

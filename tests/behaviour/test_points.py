@@ -21,6 +21,8 @@ import cardan_dyn as cd
 from cardan_dyn.core.mechanism.frames import Frames
 from cardan_dyn.core.results.point_motion import PointMotion
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 TURN = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
 POINT = np.array([0.13, -0.21, 0.34])
 QUANTITIES = ("position", "velocity", "acceleration", "angular_velocity", "angular_acceleration")

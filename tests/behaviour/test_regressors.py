@@ -22,6 +22,8 @@ from testkit.coordinates import (
 import cardan_dyn as cd
 from cardan_dyn.kit.arrays import Array
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 
 def by_pinocchio(scene: cd.Scene, turn: cd.Sweep) -> Array:
     """Return regressors `(N, n, 10 bodies)` of the open tree, through null spaces of the welds."""

@@ -12,6 +12,8 @@ import pytest
 
 import cardan_dyn as cd
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 G = 9.81
 GRAVITY = (0.0, 0.0, -G)
 

@@ -31,6 +31,7 @@ LOOPS = {
         "bricard",
     )
 }
+SIX_HINGES = ("goldberg_6", "line_symmetric", "altmann", "bricard")
 GRAVITY = (0.3, -0.2, -9.81)
 CAMPAIGN = (pytest.mark.slow, pytest.mark.campaign)
 
@@ -67,7 +68,14 @@ def of_exact_numbers(name: str) -> tuple[Any, cd.Sweep]:
     "digits",
     [4, 14, *(pytest.param(digits, marks=CAMPAIGN) for digits in (5, 6, 8, 10))],
 )
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        # Six hinges in space take longest, and five are in space as well.
+        pytest.param(name, marks=[pytest.mark.slow] * (name in SIX_HINGES))
+        for name in LOOPS
+    ],
+)
 def test_what_only_dimensions_let_move_moves_with_few_digits(name: str, digits: int) -> None:
     """Ranks, flags and forces are those of the exact numbers, as far as digits tell."""
     wanted, expected = of_exact_numbers(name)
@@ -195,7 +203,9 @@ def doubled(digits: int) -> str:
     )
 
 
-@pytest.mark.parametrize("digits", [4, 5, 6, 9])
+@pytest.mark.parametrize(
+    "digits", [4, 9, *(pytest.param(digits, marks=CAMPAIGN) for digits in (5, 6))]
+)
 def test_two_connects_on_one_axis_are_a_hinge(digits: int) -> None:
     found, expected = (
         cd.Scene(cd.load(doubled(count)), drive="crank", gravity=GRAVITY).sweep(

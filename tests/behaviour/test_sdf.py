@@ -17,6 +17,8 @@ from cardan_dyn.core.mechanism.rezero import rezeroed
 from cardan_dyn.scene.presets import PRESETS
 from cardan_dyn.scene.usual_motion import usual_motion
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 SEEDS = [2, 8, 15, 37, 67, 69, 71, 72, 76]
 """Random chains whose joints SDF has words for, and that have no couplings."""
 

@@ -15,6 +15,8 @@ from testkit.ball_rods import ALONG, as_a_floating_rod, as_balls, as_hinges
 import cardan_dyn as cd
 from cardan_dyn.analytic.support_forces import Spans, shaft_axes, support_forces
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 TURN = np.linspace(0.0, 2.0 * np.pi, 13)
 G = np.array([0.0, 0.0, -9.81])
 

@@ -15,6 +15,8 @@ from testkit.task_machines import HERE, X, Y, Z
 import cardan_dyn as cd
 from cardan_dyn.kit.arrays import Array
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 G = 9.81
 Moves = Callable[[float], tuple[float, float, float]]
 

@@ -22,6 +22,8 @@ import cardan_dyn as cd
 from cardan_dyn.kit.arrays import Array
 from cardan_dyn.scene.presets import PRESETS
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 needs_compiler = pytest.mark.skipif(not shutil.which("cc"), reason="there is no compiler")
 RANDOM = np.random.default_rng(46)
 MOTORS, FOOT = ["left_motor", "right_motor"], ["pitch", "roll"]
@@ -466,7 +468,7 @@ def test_bundled_mechanisms(name: str) -> None:
     unit = np.zeros(len(near[0]))
     unit[0] = 1.0
     feels = scene.sweep(near, acceleration=unit).drive_effort.reshape(near.shape)
-    for joint in moving[:4]:
+    for joint in moving[:2]:
         wanted = [joint, *scene.drives[1:]]
         maps = scene.transmission(scene.drives, wanted)
         size = 1e-13 * np.abs(feels).max()
@@ -603,7 +605,7 @@ def test_fitted_linear_maps() -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize("count", [3, 6])
+@pytest.mark.parametrize("count", [pytest.param(3, marks=pytest.mark.slow), 6])
 def test_hexapod_in_c(count: int, tmp_path: Path) -> None:
     """The way back by hand: a leg is as long as its ball is far from its foot."""
     driven = LEGS[:: 6 // count]

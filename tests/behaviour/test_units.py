@@ -16,6 +16,8 @@ import cardan_dyn as cd
 from cardan_dyn.scene.drives import drives_of
 from cardan_dyn.scene.presets import PRESETS
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 POSITIONS = np.linspace(0.0, 6.0, 60)
 JOINTS = ("crank_bearing", "crank_pin", "piston_pin", "guide")
 

@@ -13,6 +13,8 @@ from testkit import transmissions
 import cardan_dyn as cd
 from cardan_dyn.kit.arrays import Array
 
+pytestmark = pytest.mark.usefixtures("loaded_once")
+
 ROWS = {"load.x": (-0.6, 0.6), "load.y": (-0.6, 0.6)}
 BASES, PROXIMAL, DISTAL = np.array([[-0.1, 0.0], [0.1, 0.0]]), 0.2, 0.25
 
@@ -200,7 +202,7 @@ def test_ankle_by_limits_of_its_motors() -> None:
     motors = ["left_motor", "right_motor"]
     scene = cd.Scene(cd.load(transmissions.ankle()), drive=motors)
     maps = scene.transmission(motors, ["pitch", "roll"])
-    workspace = maps.workspace({"pitch": (-0.6, 0.6), "roll": (-0.5, 0.5)}, samples=21)
+    workspace = maps.workspace({"pitch": (-0.6, 0.6), "roll": (-0.5, 0.5)}, samples=33)
     (section,) = workspace.sections
     for number, name in enumerate(motors):
         points = section.border("limit", name)
