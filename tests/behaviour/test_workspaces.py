@@ -202,7 +202,7 @@ def test_ankle_by_limits_of_its_motors() -> None:
     motors = ["left_motor", "right_motor"]
     scene = cd.Scene(cd.load(transmissions.ankle()), drive=motors)
     maps = scene.transmission(motors, ["pitch", "roll"])
-    workspace = maps.workspace({"pitch": (-0.6, 0.6), "roll": (-0.5, 0.5)}, samples=33)
+    workspace = maps.workspace({"pitch": (-0.6, 0.6), "roll": (-0.5, 0.5)}, samples=21)
     (section,) = workspace.sections
     for number, name in enumerate(motors):
         points = section.border("limit", name)
