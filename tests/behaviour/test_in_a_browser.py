@@ -42,7 +42,7 @@ def opened(browser: Any) -> Iterator[Opener]:
 
 @pytest.fixture(scope="module")
 def joint_turn(joint: cd.Mechanism) -> cd.Sweep:
-    return comparisons.universal_joint_turn(joint, float(np.deg2rad(50.0)))
+    return comparisons.turn_of(joint, float(np.deg2rad(50.0)))
 
 
 def share(picture: np.ndarray, hue: tuple[int, int], gap: int = 70) -> float:

@@ -6,8 +6,7 @@ come from `analytic`, which does not use Pinocchio.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -36,35 +35,18 @@ RESIDUAL_TOLERANCE = 1e-11
 closed forms, since large inertial terms cancel at `SPEED`."""
 
 
-def universal_joint_turn(mechanism: Mechanism, beta: float, speed: float = 0.0) -> Sweep:
-    """Turn the universal joint once under load, its joint angle held at `beta` [rad].
+def turn_of(mechanism: Mechanism, beta: float, speed: float = 0.0) -> Sweep:
+    """Turn a bundled universal joint or double shaft once under load.
 
     Args:
-        mechanism: the bundled universal joint.
-        beta: joint angle [rad].
+        mechanism: `universal_joint` or `double_shaft_z`.
+        beta: at which all of its joint angles are held [rad].
         speed: of the drive [rad/s]; quasi-static if zero.
     """
     scene = Scene(
         mechanism,
         drive="bearing_in",
-        held={"joint_angle": beta},
-        loads={"bearing_out": -TORQUE},
-    )
-    return scene.sweep(POSITIONS, speed=speed)
-
-
-def double_shaft_turn(mechanism: Mechanism, beta: float, speed: float = 0.0) -> Sweep:
-    """Turn the double shaft once under load, both joint angles held at `beta` [rad].
-
-    Args:
-        mechanism: the bundled double shaft in Z arrangement.
-        beta: both joint angles [rad].
-        speed: of the drive [rad/s]; quasi-static if zero.
-    """
-    scene = Scene(
-        mechanism,
-        drive="bearing_in",
-        held={"joint_angle_1": beta, "joint_angle_2": beta},
+        held={name: beta for name in mechanism.joints if name.startswith("joint_angle")},
         loads={"bearing_out": -TORQUE},
     )
     return scene.sweep(POSITIONS, speed=speed)
@@ -81,14 +63,85 @@ def thoma_moments(turn: Sweep) -> tuple[Array, Array]:
     return moment[:, 1], moment[:, 2]
 
 
+class Pair(NamedTuple):
+    """A quantity over a turn and its closed form, both `(N,)`, and where that is from."""
+
+    source: str
+    computed: Array
+    closed: Array
+
+
+def of_joint(turn: Sweep) -> dict[str, Pair]:
+    """Return what is compared of a turn of the universal joint."""
+    beta, motion = float(np.max(turn.held["joint_angle"])), turn.motion
+    wrench_in, wrench_out = turn["bearing_in"], turn["bearing_out"]
+    closed, torque = grossmann.moments(beta, POSITIONS), wrench_in.torsion
+    x, z = (part / TORQUE for part in thoma_moments(turn))
+    m_x, m_z = thoma.bending_moments(beta, POSITIONS)
+    angle = single_joint.output_angle(beta, POSITIONS)
+    ratio = single_joint.speed_ratio(beta, POSITIONS)
+    return {
+        "output angle φ₂": Pair("Thoma (4)", motion.position("bearing_out"), angle),
+        "speed ratio dφ₂/dφ₁": Pair("Weisbach § 26", motion.ratio("bearing_out"), ratio),
+        "bending, input shaft B₁/D₁": Pair(
+            "Grossmann (6)", wrench_in.bending / torque, closed.bending_1
+        ),
+        "torque ratio D₂/D₁": Pair("Grossmann (7)", -wrench_out.torsion / torque, closed.torsion_2),
+        "bending, output shaft B₂/D₁": Pair(
+            "Grossmann (8) corr.", wrench_out.bending / torque, closed.bending_2
+        ),
+        "bending M_x/M_t": Pair("Thoma (6)", x, m_x),
+        "bending M_z/M_t": Pair("Thoma (7)", z, m_z),
+    }
+
+
+def of_shaft(turn: Sweep) -> dict[str, Pair]:
+    """Return what is compared of a turn of the double shaft."""
+    # Joint 2 mirrors joint 1: seen from the output shaft, its fork has the position of the first.
+    closed = grossmann.moments(float(np.max(turn.held["joint_angle_1"])), POSITIONS)
+    torque, motion = turn["bearing_in"].torsion, turn.motion
+    middle = turn["slip"].torsion / torque
+    bent_in, bent_out = (turn[name].bending / torque for name in ("bearing_in", "bearing_out"))
+    return {
+        "output angle = input angle": Pair(
+            "equal angles", motion.position("bearing_out"), POSITIONS
+        ),
+        "speed ratio = 1": Pair(
+            "equal angles", motion.ratio("bearing_out"), np.ones_like(POSITIONS)
+        ),
+        "torque, intermediate shaft D₂/D₁": Pair("Grossmann (7)", middle, closed.torsion_2),
+        "bending, input shaft B₁/D₁": Pair("Grossmann (6)", bent_in, closed.bending_1),
+        "bending, output shaft B₁/D₁": Pair("Grossmann (6)", bent_out, closed.bending_1),
+    }
+
+
 def run() -> Comparisons:
     """Compare both bundled descriptions at all `BETAS_DEG`."""
-    joint, shaft = load("universal_joint"), load("double_shaft_z")
     errors: dict[_Key, dict[float, float]] = {}
-    for beta_deg in BETAS_DEG:
-        beta = float(np.deg2rad(beta_deg))
-        for key, error in (*_universal_joint(joint, beta), *_double_shaft(shaft, beta)):
-            errors.setdefault(key, {})[beta_deg] = error
+    for scene, name, pairs in (
+        ("universal joint", "universal_joint", of_joint),
+        ("double shaft", "double_shaft_z", of_shaft),
+    ):
+        mechanism = load(name)
+        for beta_deg in BETAS_DEG:
+            beta = float(np.deg2rad(beta_deg))
+            turn, fast = turn_of(mechanism, beta), turn_of(mechanism, beta, SPEED)
+            found = {
+                (scene, quantity, pair.source, CLOSED_FORM_TOLERANCE): deviation(*pair[1:])
+                for quantity, pair in pairs(turn).items()
+            }
+            for pin in ("pin_in", "pin_out") if pairs is of_joint else ():
+                along = np.abs(turn[pin].torsion) / np.linalg.norm(turn[pin].moment, axis=1)
+                about = scene, "cross moment along its pins", "none (Thoma)", CLOSED_FORM_TOLERANCE
+                found[about] = max(found.get(about, 0.0), float(np.max(along)))
+            for law, error in (
+                ("Newton-Euler balance", fast.balance_residual),
+                ("balance of power", fast.power_residual),
+            ):
+                quantity = f"{law}, {SPEED:g} rad/s"
+                found[scene, quantity, "laws of motion", RESIDUAL_TOLERANCE] = error
+            for key, error in found.items():
+                errors.setdefault(key, {})[beta_deg] = error
     return Comparisons(Comparison(*key, of) for key, of in errors.items())
 
 
@@ -99,63 +152,3 @@ def deviation(computed: Array, reference: Array) -> float:
 
 _Key: TypeAlias = tuple[str, str, str, float]
 """What is compared: scene, quantity, source, tolerance."""
-
-
-def _universal_joint(mechanism: Mechanism, beta: float) -> Iterator[tuple[_Key, float]]:
-    turn = universal_joint_turn(mechanism, beta)
-    wrench_in, wrench_out, motion = turn["bearing_in"], turn["bearing_out"], turn.motion
-    closed, angle = grossmann.moments(beta, POSITIONS), motion.position("bearing_out")
-    m_x, m_z = thoma.bending_moments(beta, POSITIONS)
-    computed_x, computed_z = thoma_moments(turn)
-    ratio, torque = motion.ratio("bearing_out"), wrench_in.torsion
-    out = -wrench_out.torsion / torque
-    bent_in, bent_out = wrench_in.bending / torque, wrench_out.bending / torque
-    output, speed = (
-        law(beta, POSITIONS) for law in (single_joint.output_angle, single_joint.speed_ratio)
-    )
-    scene = "universal joint"
-    for quantity, source, computed, reference in (
-        ("output angle φ₂", "Thoma (4)", angle, output),
-        ("speed ratio dφ₂/dφ₁", "Weisbach § 26", ratio, speed),
-        ("bending, input shaft B₁/D₁", "Grossmann (6)", bent_in, closed.bending_1),
-        ("torque ratio D₂/D₁", "Grossmann (7)", out, closed.torsion_2),
-        ("bending, output shaft B₂/D₁", "Grossmann (8) corr.", bent_out, closed.bending_2),
-        ("bending M_x/M_t", "Thoma (6)", computed_x / TORQUE, m_x),
-        ("bending M_z/M_t", "Thoma (7)", computed_z / TORQUE, m_z),
-    ):
-        yield (scene, quantity, source, CLOSED_FORM_TOLERANCE), deviation(computed, reference)
-    along_pins = max(
-        float(np.max(np.abs(turn[pin].torsion) / np.linalg.norm(turn[pin].moment, axis=1)))
-        for pin in ("pin_in", "pin_out")
-    )
-    about = scene, "cross moment along its pins", "none (Thoma)", CLOSED_FORM_TOLERANCE
-    yield about, along_pins
-    yield from _residuals(scene, universal_joint_turn(mechanism, beta, SPEED))
-
-
-def _double_shaft(mechanism: Mechanism, beta: float) -> Iterator[tuple[_Key, float]]:
-    turn = double_shaft_turn(mechanism, beta)
-    # Joint 2 mirrors joint 1: seen from the output shaft, its fork has the position of the first.
-    closed, ones = grossmann.moments(beta, POSITIONS), np.ones_like(POSITIONS)
-    torque, equal = turn["bearing_in"].torsion, "equal angles"
-    angle, ratio = turn.motion.position("bearing_out"), turn.motion.ratio("bearing_out")
-    middle = turn["slip"].torsion / torque
-    bent_in, bent_out = (turn[name].bending / torque for name in ("bearing_in", "bearing_out"))
-    scene = "double shaft"
-    for quantity, source, computed, reference in (
-        ("output angle = input angle", equal, angle, POSITIONS),
-        ("speed ratio = 1", equal, ratio, ones),
-        ("torque, intermediate shaft D₂/D₁", "Grossmann (7)", middle, closed.torsion_2),
-        ("bending, input shaft B₁/D₁", "Grossmann (6)", bent_in, closed.bending_1),
-        ("bending, output shaft B₁/D₁", "Grossmann (6)", bent_out, closed.bending_1),
-    ):
-        yield (scene, quantity, source, CLOSED_FORM_TOLERANCE), deviation(computed, reference)
-    yield from _residuals(scene, double_shaft_turn(mechanism, beta, SPEED))
-
-
-def _residuals(scene: str, turn: Sweep) -> Iterator[tuple[_Key, float]]:
-    for quantity, error in (
-        ("Newton-Euler balance", turn.balance_residual),
-        ("balance of power", turn.power_residual),
-    ):
-        yield (scene, f"{quantity}, {SPEED:g} rad/s", "laws of motion", RESIDUAL_TOLERANCE), error

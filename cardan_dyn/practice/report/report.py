@@ -12,11 +12,18 @@ from ... import figures
 from ..._version import __version__
 from ...core.mechanics.exact import load
 from ...core.results.sweep import Sweep
-from ...figures.style import require_matplotlib
+from ...figures.style import (
+    Figure,
+    axes_grid,
+    legend,
+    line_style,
+    point_style,
+    require_matplotlib,
+    thinned,
+)
 from ...kit.checks import writing
 from ..viewer.viewing import view
-from . import closed_forms
-from .comparisons import BETAS_DEG, TORQUE, double_shaft_turn, universal_joint_turn
+from .comparisons import BETAS_DEG, POSITIONS, TORQUE, Pair, of_joint, of_shaft, turn_of
 from .page import template
 from .verdicts import Comparisons
 
@@ -66,14 +73,19 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
         directory.mkdir(parents=True, exist_ok=True)
     beta_deg = 50.0  # Grossmann's.
     beta = float(np.deg2rad(beta_deg))
-    joint_turn = universal_joint_turn(load("universal_joint"), beta)
-    shaft_turn = double_shaft_turn(load("double_shaft_z"), beta)
+    joint_turn, shaft_turn = (
+        turn_of(load(name), beta) for name in ("universal_joint", "double_shaft_z")
+    )
+    shown = []
+    for name, (caption, figure) in drawn(joint_turn, shaft_turn).items():
+        vector, _ = figures.save(figure, directory / name)
+        shown.append((caption, base64.b64encode(vector.read_bytes()).decode("ascii")))
     page = page_template.render(
         version=__version__,
         betas=BETAS_DEG,
         rows=comparisons,
         passed=comparisons.passed,
-        figures=_write_figures(joint_turn, shaft_turn, directory),
+        figures=shown,
         scenes=_write_scenes(joint_turn, shaft_turn, beta_deg, directory),
     )
     path = directory / "index.html"
@@ -82,31 +94,73 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
     return path
 
 
-def _write_figures(joint_turn: Sweep, shaft_turn: Sweep, directory: Path) -> list[tuple[str, str]]:
-    """Write the figures; return their captions and their SVG texts in base64."""
-    drawn = {
+def drawn(joint_turn: Sweep, shaft_turn: Sweep) -> dict[str, tuple[str, Figure]]:
+    """Return names, captions and figures of closed forms as lines, and turns as points.
+
+    Args:
+        joint_turn: of the universal joint, see `turn_of`.
+        shaft_turn: of the double shaft at the same angle.
+    """
+    joint, shaft = of_joint(joint_turn), of_shaft(shaft_turn)
+    told: dict[str, tuple[str, str, dict[str, Pair]]] = {
         "grossmann_abb_3": (
             "Torque ratio of the universal joint (Grossmann 1939, Abb. 3)",
-            closed_forms.torque_ratio(joint_turn),
+            "D₂/D₁ [–]",
+            {"D₂/D₁": joint["torque ratio D₂/D₁"]},
         ),
         "grossmann_abb_4": (
             "Bending moments of both shafts (Grossmann 1939, Abb. 4)",
-            closed_forms.bending_polar(joint_turn),
+            "",
+            {
+                "B₁/D₁ over φ₁": joint["bending, input shaft B₁/D₁"],
+                "B₂/D₁ over φ₂": joint["bending, output shaft B₂/D₁"],
+            },
         ),
         "thoma_6_7": (
             "Bending of the output shaft in fixed axes (Thoma 1920, eqs 6 and 7)",
-            closed_forms.thoma_bending(joint_turn),
+            "$M/M_t$ [–]",
+            {
+                "$M_x/M_t$ (6)": joint["bending M_x/M_t"],
+                "$M_z/M_t$ (7)": joint["bending M_z/M_t"],
+            },
         ),
         "speed_ratio": (
             "Speed ratio of the universal joint and of the double shaft",
-            closed_forms.speed_ratio(joint_turn, shaft_turn),
+            "ω₂/ω₁ [–]",
+            {
+                "universal joint": joint["speed ratio dφ₂/dφ₁"],
+                "double shaft": shaft["speed ratio = 1"],
+            },
         ),
     }
-    shown = []
-    for name, (caption, figure) in drawn.items():
-        vector, _ = figures.save(figure, directory / name)
-        shown.append((caption, base64.b64encode(vector.read_bytes()).decode("ascii")))
-    return shown
+    beta = np.rad2deg(float(np.max(joint_turn.held["joint_angle"])))
+    found = {}
+    for name, (caption, quantity, pairs) in told.items():
+        title = f"{caption.partition(' (')[0]}, β = {beta:g}°"
+        if quantity:
+            computed, closed = ({key: pair[of] for key, pair in pairs.items()} for of in (1, 2))
+            figure = figures.compared(POSITIONS, computed, closed, quantity=quantity, title=title)
+        else:
+            figure = _polar(title, pairs, joint["output angle φ₂"])
+        found[name] = caption, figure
+    return found
+
+
+def _polar(title: str, pairs: dict[str, Pair], output: Pair) -> Figure:
+    """Draw sizes over the angle of the input shaft, and of the output shaft."""
+    figure, axes = axes_grid(size=(6.4, 6.0), projection="polar")
+    axes.set_title(title, pad=14)
+    axes.set_rlabel_position(67.5)
+    for label in axes.get_yticklabels():
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})
+    angles = Pair("", POSITIONS, POSITIONS), output
+    shown = thinned(len(POSITIONS))
+    for index, ((label, pair), at) in enumerate(zip(pairs.items(), angles, strict=True)):
+        axes.plot(at.closed, pair.closed, **line_style(index), label=f"{label}, closed form")
+        points = at.computed[shown], pair.computed[shown]
+        axes.plot(*points, **point_style(index), label=f"{label}, Pinocchio")
+    legend(figure)
+    return figure
 
 
 def _write_scenes(

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.practice.report.comparisons import (
-    POSITIONS,
-    double_shaft_turn,
-    universal_joint_turn,
-)
+from cardan_dyn.practice.report.comparisons import POSITIONS, turn_of
 
 BETA = float(np.deg2rad(50.0))
 
@@ -16,13 +12,13 @@ BETA = float(np.deg2rad(50.0))
 @pytest.fixture(scope="session")
 def joint_turn(joint: cd.Mechanism) -> cd.Sweep:
     """One turn of the universal joint at 50°, under 100 N·m."""
-    return universal_joint_turn(joint, BETA)
+    return turn_of(joint, BETA)
 
 
 @pytest.fixture(scope="session")
 def shaft_turn(shaft: cd.Mechanism) -> cd.Sweep:
     """One turn of the double shaft, both joints at 50°, under 100 N·m."""
-    return double_shaft_turn(shaft, BETA)
+    return turn_of(shaft, BETA)
 
 
 @pytest.fixture(scope="session")

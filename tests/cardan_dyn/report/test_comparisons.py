@@ -47,7 +47,7 @@ def test_main_positions_are_among_the_positions() -> None:
 def test_moments_of_thoma_are_those_of_the_cross(joint: cd.Mechanism) -> None:
     """The bearing balances the moment of the cross; about y and z across the output shaft."""
     beta = 0.7
-    turn = comparisons.universal_joint_turn(joint, beta)
+    turn = comparisons.turn_of(joint, beta)
     assert turn.held == {"joint_angle": beta} and turn.drives == ("bearing_in",)
     np.testing.assert_array_equal(turn.motion.position("bearing_in"), comparisons.POSITIONS)
     geometry = CrossGeometry(beta, comparisons.POSITIONS)
@@ -59,7 +59,7 @@ def test_moments_of_thoma_are_those_of_the_cross(joint: cd.Mechanism) -> None:
 
 
 def test_double_shaft_turns_evenly_under_its_load(shaft: cd.Mechanism) -> None:
-    turn = comparisons.double_shaft_turn(shaft, 0.4, speed=20.0)
+    turn = comparisons.turn_of(shaft, 0.4, speed=20.0)
     assert turn.held == {"joint_angle_1": 0.4, "joint_angle_2": 0.4}
     np.testing.assert_allclose(turn.motion.ratio("bearing_out"), 1.0, rtol=1e-13)
     out, inside = (

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import cardan_dyn as cd
@@ -18,6 +19,7 @@ pytest.importorskip("meshcat", reason="the report has scenes")
 pytest.importorskip("jinja2", reason="the report is a page made by Jinja")
 
 from cardan_dyn.practice.report import report
+from cardan_dyn.practice.report.comparisons import turn_of
 from cardan_dyn.practice.report.verdicts import Comparison, Comparisons
 
 PASSED = Comparison("shaft", "torque <T>", "theory (1)", 1e-13, {10.0: 1.25e-15})
@@ -32,6 +34,43 @@ def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
     directory = tmp_path_factory.mktemp("parent") / "new" / "report"
     assert report.write(BOTH, directory) == directory / "index.html"
     return directory
+
+
+@pytest.fixture(scope="module")
+def lines() -> dict[str, list[np.ndarray]]:
+    """Ordinates of the closed forms: the lines of figures at 40°, without the points on them."""
+    beta = float(np.deg2rad(40.0))
+    turns = (turn_of(cd.load(name), beta) for name in ("universal_joint", "double_shaft_z"))
+    found = {}
+    for name, (caption, figure) in report.drawn(*turns).items():
+        (axes,) = figure.axes
+        assert axes.get_title().endswith(", β = 40°") and axes.get_title().split(",")[0] in caption
+        drawn = {line.get_label(): line.get_xydata().T for line in axes.get_lines()}
+        closed = {label: xy for label, xy in drawn.items() if label.endswith("closed form")}
+        for label, (x, y) in closed.items():
+            at, values = drawn[label.replace("closed form", "Pinocchio")]
+            period = 2.0 * np.pi if name == "grossmann_abb_4" else 360.0
+            assert 10 < len(at) < len(x)
+            order = np.argsort(x % period)
+            expected = np.interp(at % period, (x % period)[order], y[order], period=period)
+            np.testing.assert_allclose(values, expected, atol=1e-4)
+        found[name] = [y for _, y in closed.values()]
+    return found
+
+
+def test_lines_keep_the_power(lines: dict[str, list[np.ndarray]]) -> None:
+    """Without losses D₁ ω₁ = D₂ ω₂; a double shaft with equal angles turns evenly."""
+    speed, even = lines["speed_ratio"]
+    np.testing.assert_allclose(lines["grossmann_abb_3"][0] * speed, 1.0, rtol=1e-13)
+    np.testing.assert_array_equal(even, 1.0)
+
+
+def test_lines_are_components_of_one_moment(lines: dict[str, list[np.ndarray]]) -> None:
+    """The cross passes one moment on: D₁² + B₁² = D₂² + B₂², and B₂ is Thoma's M_x and M_z."""
+    (torque,), (bending_1, bending_2) = lines["grossmann_abb_3"], lines["grossmann_abb_4"]
+    np.testing.assert_allclose(1.0 + bending_1**2, torque**2 + bending_2**2, rtol=1e-12)
+    m_x, m_z = lines["thoma_6_7"]
+    np.testing.assert_allclose(np.hypot(m_x, m_z), bending_2 / torque, rtol=1e-12, atol=1e-14)
 
 
 @pytest.fixture(scope="module")

@@ -25,10 +25,10 @@ def loaded_turn() -> cd.Sweep:
 @pytest.fixture(scope="session")
 def joint_turn(joint: cd.Mechanism) -> cd.Sweep:
     """One turn of the universal joint at 50°, under 100 N·m."""
-    return comparisons.universal_joint_turn(joint, float(np.deg2rad(50.0)))
+    return comparisons.turn_of(joint, float(np.deg2rad(50.0)))
 
 
 @pytest.fixture(scope="session")
 def shaft_turn(shaft: cd.Mechanism) -> cd.Sweep:
     """One turn of the double shaft, both joints at 30°, under 100 N·m."""
-    return comparisons.double_shaft_turn(shaft, float(np.deg2rad(30.0)))
+    return comparisons.turn_of(shaft, float(np.deg2rad(30.0)))
