@@ -1,9 +1,18 @@
-"""Markup: small pieces of HTML that notebooks show. All text is escaped."""
+"""Markup: tables of plain text, and small pieces of HTML that notebooks show, all escaped."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
+
+
+def aligned(rows: Sequence[Sequence[str]], numeric: Sequence[bool] = ()) -> str:
+    """Return rows of texts below each other, with columns of numbers on the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    sides = [">" if is_number else "<" for is_number in numeric] or ["<"] * len(widths)
+    shown = [zip(row, sides, widths, strict=True) for row in rows]
+    lines = ("  ".join(f"{text:{side}{width}}" for text, side, width in row) for row in shown)
+    return "\n".join(map(str.rstrip, lines))
 
 
 def element(tag: str, text: object) -> str:

@@ -14,9 +14,10 @@ from ...core.results.table import Table, Variable
 from ...figures.wrenches import together
 from ...kit.errors import ArgumentError
 from ...kit.frozen import Frozen
-from ...kit.quantities import amount, column
+from ...kit.quantities import column
 from .extremes import RIGHT, Extreme, counted
 from .findings import Findings
+from .grids import Grid
 
 
 class Cases(Result, Frozen):
@@ -85,6 +86,25 @@ class Cases(Result, Frozen):
                 found[key] = known[0].unit, sizes
         return [(*key, *of) for key, of in found.items()]
 
+    @property
+    def sized(self) -> Grid:
+        """How big what joints are sized by is, where, and in which of several cases."""
+        rows = []
+        for case, item in self.governing:
+            (most, at), _ = item.ends
+            row = (item.quantity, item.unit, most, item.owner, self.reports[case].at(at))
+            rows.append((*row, self.sharing(case, item)) if self.labels else row)
+        header = ("quantity", "unit", "greatest in size", "in", "at", "load case")
+        told = header if self.labels else header[:-1]
+        return Grid("headline", "What joints are sized by", told, rows, unit=1)
+
+    def beside(self, labels: Sequence[str], first: int = 0) -> Grid:
+        """Return what joints carry in some cases beside each other, from the `first` of them on."""
+        rows = [(*of, *sizes[first : first + len(labels)]) for *of, sizes in self.compared]
+        caption = f"Greatest in size{', by load case' * bool(self.labels)}"
+        name = f"load_cases_{first + 1}"
+        return Grid(name, caption, ("of", "quantity", "unit", *labels), rows, unit=2)
+
     def table(self) -> Table:
         """Return the extremes of all cases, a row each; see `Report.table`."""
         cases = [case for case, report in enumerate(self.reports) for _ in report.extremes]
@@ -134,24 +154,11 @@ class Cases(Result, Frozen):
 
     def __str__(self) -> str:
         lines = [f"{self.reports[0].title}: {self.in_words}"]
-        for index, (text, report) in enumerate(zip(self.told_apart, self.reports, strict=True), 1):
+        numbers = [str(index) for index in range(1, len(self.labels) + 1)]
+        for index, text, report in zip(numbers, self.told_apart, self.reports, strict=True):
             lines.append(f"{index}: {text}")
             lines += [f"   ! {doubt}" for doubt in report.beware]
-        width = max((len(item.quantity) for _, item in self.governing), default=0)
-        for case, item in self.governing:
-            (most, first), _ = item.ends
-            place = f" at {self.reports[case].at(first[:2])}" if len(first) else ""
-            shown = f"{amount(most, item.unit)} in {item.owner}{place}"
-            lines.append(f"{item.quantity.ljust(width)}  {shown}: {self.sharing(case, item)}")
-        owner = ""
-        counts = "".join(f"{index:>10}" for index in range(1, len(self.labels) + 1))
-        lines.append(f"  {'greatest in size'.ljust(16)}{counts}")
-        for of, quantity, unit, sizes in self.compared:
-            if of != owner:
-                owner = of
-                lines.append(owner)
-            numbers, unit = column(sizes, unit)
-            lines.append(f"  {quantity.ljust(16)}{''.join(f'{n:>10}' for n in numbers)} {unit}")
+        lines += [f"{self.sized}\n", f"{self.beside(numbers)}"]
         opened = (report.left_open for report in self.reports)
         return "\n".join([*lines, *dict.fromkeys(filter(None, opened))])
 

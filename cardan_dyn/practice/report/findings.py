@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,11 +16,11 @@ from ...core.results.lost_digits import WELL, digits, near_singular, right
 from ...core.results.result import Result
 from ...core.results.sweep import Sweep
 from ...figures.orders import order_amplitudes
-from ...figures.wrenches import PARTS
+from ...figures.wrenches import PARTS, QUANTITIES
 from ...kit.arrays import NOTHING, ROUNDED, Array
 from ...kit.frozen import Frozen
 from ...kit.periodic import MOST_NODES
-from ...kit.quantities import amount, column, span
+from ...kit.quantities import amount, span
 from ...scene.describe import describe
 from ...scene.mechanism_report import MechanismReport
 from ...scene.task_sweep import TaskSweep, unit_of_row
@@ -36,7 +36,7 @@ from .extremes import (
     is_over_time,
     quantities_of,
 )
-from .grids import place, way
+from .grids import Grid, place, way
 from .page import FRAMES, HIGHEST, today
 
 
@@ -354,29 +354,47 @@ class Findings(Result, Frozen):
         if self.drives:
             lines.append(f"Extremes of {self.covered}.")
         lines += [f"! {text}" for text in self.beware]
-        acting = self.told
-        width = max(len(item.quantity) for item in acting)
-        owner = ""
-        for item in acting:
-            if item.owner != owner:
-                owner = item.owner
-                lines.append(owner)
-            mark = f"{' ' if item.settled else '?'}{' ' if item.determined else '*'}"
-            (most, first), (other, last) = item.ends
-            (shown, opposite), unit = column([most, other], item.unit)
-            between = f"{shown:>10} {unit}"
-            if len(first):
-                between += f" at {self.at(first[:2])}; {opposite} {unit} at {self.at(last[:2])}"
-            lines.append(f"{mark}{item.quantity.ljust(width)} {between}")
+        lines += [f"{grid}\n" for grid in self.grids(2)]
         if self.has_places:
             lines.append("The page, and `places`, tell the positions of all drives at each place.")
-        if not all(item.settled for item in acting):
+        if not all(item.settled for item in self.told):
             lines.append("? may be exceeded, see above")
         if self.left_open:
-            marked = any(not item.determined for item in acting)
-            lines.append(f"{'* ' * marked}{self.left_open}")
+            lines.append(f"{'* ' * self.is_marked}{self.left_open}")
         lines += [f"{name} {value:.1e}: {text}" for name, value, text in self.judgement]
         return "\n".join(lines)
+
+    def grids(self, most: int | None = None) -> list[Grid]:
+        """Return the extremes of wrenches, and of efforts; each at so many places at most."""
+        at = "place" if self.has_places else "at"
+        header = ("quantity", "unit", "greatest in size", at, "other end", f"{at} ")
+        found = []
+        for name, of, caption in (
+            (
+                "extremes",
+                "joint",
+                "Greatest in size and the other end of the range, with the drive's position",
+            ),
+            ("efforts", "of", "Efforts of drives, of what is held, of couplings and elements"),
+        ):
+            rows: list[tuple[Any, ...]] = []
+            # What joints can be sized by comes first.
+            for item in sorted(self.told, key=lambda item: not item.determined):
+                if (item.quantity in QUANTITIES) != (name == "extremes"):
+                    continue
+                mark = " *" * (not item.determined) + " ?" * (not item.settled)
+                (size, first), (other, last) = item.ends
+                ends = (other, self.at(last[:most], "")) if len(last) else ("", "")
+                what = item.owner, f"{item.quantity}{mark}", item.unit
+                rows.append((*what, size, self.at(first[:most], ""), *ends))
+            if rows:
+                found.append(Grid(name, caption, (of, *header), rows, unit=2))
+        return found
+
+    @property
+    def is_marked(self) -> bool:
+        """Whether anything that is told has a star."""
+        return not all(item.determined for item in self.told)
 
     @property
     def is_over_time(self) -> bool:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...kit.arrays import ROUNDED
+from ...kit.markup import aligned
 from ...kit.quantities import amount, column, number, span
 
 
@@ -47,6 +48,9 @@ class Grid:
         cells = [next(texts) if isinstance(cell, float) else str(cell) for cell in row]
         cells[self.unit] = unit
         return cells
+
+    def __str__(self) -> str:
+        return aligned([self.header, *self.shown], self.numeric)
 
     @property
     def numeric(self) -> list[bool]:

@@ -26,7 +26,7 @@ from . import page
 from .cases import Cases
 from .courses import courses
 from .described import described, elements_of, mobility_grids, remarks_of
-from .extremes import RIGHT, Extreme, counted, places_of, quantities_of
+from .extremes import RIGHT, counted, places_of, quantities_of
 from .findings import Findings, between, sentence, speed_text, task_rows, ways
 from .grids import Grid, place, stem_of
 from .grids import way as way_of
@@ -54,6 +54,7 @@ def write(cases: Cases, path: Path, with_scene: bool) -> Path:
     # Figures are those of cases that govern something, and one scene alone, which is a megabyte.
     drawn = [case for case, _ in cases.governing] or [0]
     is_drawn = told and all(report.drives for report in cases.reports)
+    labels = cases.labels or ("greatest in size",)
     source = mechanism.description.text
     file = "text" if source is None or source.path is None else source.path.name
     block = {
@@ -72,11 +73,15 @@ def write(cases: Cases, path: Path, with_scene: bool) -> Path:
         stem=stem_of(mechanism.name),
         summary=_summary(cases),
         told_apart=cases.told_apart if cases.labels else [],
-        headline=_headline(cases),
+        headline=cases.sized,
         drawing=_drawing(cases),
         figure=page.image(courses(cases, told)) if is_drawn else "",
         warnings=_warnings(cases),
-        beside=_beside(cases),
+        beside=[
+            cases.beside(labels[start : start + page.BESIDE], start)
+            for start in range(0, len(labels), page.BESIDE)
+            if cases.compared
+        ],
         cases=[
             _case_parts(report, label, index in drawn, with_scene and index == drawn[0])
             for index, (report, label) in enumerate(
@@ -121,35 +126,6 @@ def _summary(cases: Cases) -> str:
     elif not cases.governing:
         text += " Statics determines nothing of what joints carry."
     return f"{text} There are doubts, see below." if any(one.doubts for one in reports) else text
-
-
-def _headline(cases: Cases) -> Grid | None:
-    """Return how big what joints are sized by is, where, and in which of several cases."""
-    rows = []
-    for case, item in cases.governing:
-        (most, at), _ = item.ends
-        row = (item.quantity, item.unit, most, item.owner, cases.reports[case].at(at))
-        rows.append((*row, cases.sharing(case, item)) if cases.labels else row)
-    header = ("quantity", "unit", "greatest in size", "in", "at", "load case")
-    if not rows:
-        return None
-    return Grid("headline", "What joints are sized by", header[: len(rows[0])], rows, unit=1)
-
-
-def _beside(cases: Cases) -> list[Grid]:
-    """Return what joints carry in all cases beside each other, as many as a sheet has room for."""
-    labels = cases.labels or ("greatest in size",)
-    return [
-        Grid(
-            f"load_cases_{first // page.BESIDE + 1}",
-            f"Greatest in size{', by load case' * bool(cases.labels)}",
-            ("of", "quantity", "unit", *labels[first : first + page.BESIDE]),
-            [(*of, *sizes[first : first + page.BESIDE]) for *of, sizes in cases.compared],
-            unit=2,
-        )
-        for first in range(0, len(labels), page.BESIDE)
-        if cases.compared
-    ]
 
 
 def _warnings(cases: Cases) -> list[str]:
@@ -278,46 +254,23 @@ def _extremes(report: Findings) -> dict[str, Any]:
     """Return the tables of extremes."""
     if not report.acts:
         return {}
-    # What joints can be sized by comes first.
-    acting = sorted(report.told, key=lambda item: not item.determined)
     zero: dict[str, list[str]] = {}
     for item in report.extremes:
         if not item.acts and item.determined:
             zero.setdefault(item.owner, []).append(item.quantity)
-    at = "place" if report.has_places else "at"
-    header = ("quantity", "unit", "greatest in size", at, "other end", f"{at} ")
     text = ""
     if report.drives:
         text = f"They are the extremes of {report.covered}"
         text += ", and exact to the digits shown." if report.is_exact else "."
-        if not all(item.settled for item in acting):
+        if not all(item.settled for item in report.told):
             text += " A ? marks what may be exceeded."
-    captions = {
-        "extremes": "Greatest in size and the other end of the range, with the drive's position",
-        "efforts": "Efforts of drives, of what is held, of couplings and elements",
-    }
-    grids = []
-    for name, caption in captions.items():
-        is_wrench = name == "extremes"
-        own = [item for item in acting if (item.quantity in QUANTITIES) == is_wrench]
-        head = ("joint" if is_wrench else "of", *header)
-        rows = [_extreme(report, item) for item in own]
-        grids.append(Grid(name, caption, head, rows, unit=2))
     return {
-        "extremes": [*grids, *_places(report)],
+        "extremes": [*report.grids(), *_places(report)],
         "located": text,
         "opened": sentence(report.left_open),
-        "is_marked": not all(item.determined for item in acting),
+        "is_marked": report.is_marked,
         "idle": "; ".join(f"{name} ({', '.join(what)})" for name, what in zero.items()),
     }
-
-
-def _extreme(report: Findings, item: Extreme) -> tuple[Any, ...]:
-    mark = " *" * (not item.determined) + " ?" * (not item.settled)
-    (most, first), (other, last) = item.ends
-    what = (item.owner, f"{item.quantity}{mark}", item.unit)
-    ends = (other, report.at(last, word="")) if len(last) else ("", "")
-    return *what, most, report.at(first, word=""), *ends
 
 
 def _places(report: Findings) -> Iterator[Grid]:

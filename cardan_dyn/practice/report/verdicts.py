@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...kit.markup import aligned, element, table
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -49,6 +51,7 @@ class Comparisons(tuple[Comparison, ...]):
     """Comparisons in the order in which they were made; a notebook shows them as a table."""
 
     __slots__ = ()
+    header = "scene", "quantity", "formula", "worst error", "tolerance", "verdict"
 
     @property
     def passed(self) -> bool:
@@ -56,23 +59,11 @@ class Comparisons(tuple[Comparison, ...]):
         return bool(self) and all(comparison.passed for comparison in self)
 
     def __repr__(self) -> str:
-        table = [self._header, *(item.cells for item in self)]
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        lines = (
-            "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
-            for line in table
-        )
-        return "\n".join([*lines, self._verdict()])
+        return "\n".join([aligned([self.header, *(item.cells for item in self)]), self._verdict()])
 
     def _repr_html_(self) -> str:
-        from ...kit.markup import element, table  # Imported here: only notebooks show it.
-
         rows = (item.cells for item in self)
-        return f"<div>{table(self._header, rows)}{element('p', self._verdict())}</div>"
-
-    @property
-    def _header(self) -> tuple[str, ...]:
-        return "scene", "quantity", "formula", "worst error", "tolerance", "verdict"
+        return f"<div>{table(self.header, rows)}{element('p', self._verdict())}</div>"
 
     def _verdict(self) -> str:
         told = [error <= item.tolerance for item in self for error in item.errors.values()]

@@ -116,13 +116,9 @@ def test_what_is_read_first(name: str, tmp_path: Path) -> None:
     for (owner, quantity), (size, is_unique) in arrays.items():
         if is_unique and size > 5e-4 * most and quantity in ("shear", "bending"):
             assert quantity in told, (owner, quantity)
-    stars, owner = set(), ""
     text = str(report)
-    for line in text.splitlines():
-        if line in sweep.outputs:
-            owner = line
-        elif line.startswith((" *", "?*")):
-            stars.add((owner, line[2:].split()[0]))
+    rows = (line.split() for line in text.splitlines())
+    stars = {(row[0], row[1]) for row in rows if row[2:3] == ["*"]}
     for key in stars:
         assert not arrays[key][1], key
     for item in report.told:

@@ -653,7 +653,7 @@ def test_a_trajectory_is_reported_over_its_whole_time(rtol: float, error: float)
     ((place,),) = item.greatest_at
     assert run.at(place).position[0] == pytest.approx(0.0, abs=1e-3)
     assert "Extremes of the whole time from 0 to 0.6 s." in str(report)
-    assert " at t = " in str(report) and not report.doubts and not report.orders
+    assert "  t = " in str(report) and not report.doubts and not report.orders
     assert "greatest_at_time" in report.to_dataframe().columns
     # Later times alone are a range as well; in any other order they are samples.
     later = by_name(Report(run.at([0.5, 0.6])))["pin", "shear"]
