@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +18,7 @@ from ...motion.simulation.progress import INTERRUPTED
 from ...scene.usual_motion import default_scene
 from .group import Interrupted
 from .quantities import by_joint, of_scene
-from .tables import say, show
+from .tables import print_json, say, show
 
 if TYPE_CHECKING:
     from ...clearance import JointScan
@@ -87,7 +86,7 @@ def run(directory: Path | None, as_json: bool, **options: Any) -> None:
     given = {name: options.pop(name) for name in ("drive", "held", "loads", "gravity")}
     scanned = scanned_by(given=given, **options)
     if as_json:
-        click.echo(json_text(scanned))
+        print_json(plain(scanned))
     else:
         print_scan(scanned)
     if directory is not None:
@@ -140,17 +139,16 @@ def print_scan(scanned: Scan) -> None:
         say(note, "yellow")
 
 
-def json_text(scanned: Scan) -> str:
-    """Return a scan as JSON text, in SI units and radians; what is no number is null."""
+def plain(scanned: Scan) -> dict[str, Any]:
+    """Return a scan as plain data, in SI units and radians."""
     verified = () if scanned.verified is None else scanned.verified
-    content = {
+    return {
         "speed": scanned.speed,
         "joints": [_joint(scanned[name]) for name in scanned.ranking],
-        **({"verified": [_row(item) for item in verified]} if verified != () else {}),
-        "left_out": scanned.left_out,
+        **({"verified": [item.row() for item in verified]} if verified != () else {}),
+        "left_out": dict(scanned.left_out),
         "notes": list(scanned.notes),
     }
-    return json.dumps(content, ensure_ascii=False, indent=1)
 
 
 def _joint(joint: JointScan) -> dict[str, Any]:
@@ -159,24 +157,13 @@ def _joint(joint: JointScan) -> dict[str, Any]:
         "joint": joint.name,
         "verdict": joint.verdict,
         "rigid_peak": joint.rigid_peak,
-        **{name: _known(getattr(joint, name)) for name in _NUMBERS},
+        **{name: getattr(joint, name) for name in _NUMBERS},
         "doubts": list(joint.doubts),
         "impacts_per_turn": joint.impacts_per_turn,
         "impact_power": joint.impact_power,
         "turning": joint.turning,
-        "reversals": [_row(item) for item in joint.reversals],
+        "reversals": [item.row() for item in joint.reversals],
     }
-
-
-def _row(item: Any) -> dict[str, Any]:
-    return {key: _known(value) for key, value in item.row().items()}
-
-
-def _known(value: Any) -> Any:
-    """Return a value that JSON has."""
-    if isinstance(value, str):
-        return value
-    return float(value) if math.isfinite(value) else None
 
 
 def save_figures(scanned: Scan, directory: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -14,9 +14,6 @@ from .motion_options import simulate, sweep
 from .report_options import report
 from .showing import export, serve
 from .vibration_options import vibration
-
-if TYPE_CHECKING:
-    from ..report.verdicts import Comparisons
 
 
 def _say_version(context: click.Context, _option: click.Parameter, is_asked: bool) -> None:
@@ -59,13 +56,11 @@ def list_(as_json: bool) -> None:
         room: {name: names.about(path) for name, path in files.items()}
         for room, files in rooms.items()
     }
+    from .tables import crop, print_json, say
+
     if as_json:
-        import json
-
-        click.echo(json.dumps(told, ensure_ascii=False, indent=1))
+        print_json(told)
         return
-    from .tables import crop, say
-
     width = max(len(name) for found in told.values() for name in found)
     for room, found in told.items():
         say(room, "bold")
@@ -120,12 +115,13 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
     """
     from ..report import comparisons
     from ..report import report as reporting
+    from .tables import print_json, show
 
     compared = comparisons.run()
     if as_json:
-        click.echo(reporting.as_json(compared))
+        print_json(reporting.plain(compared))
     else:
-        _print_table(compared)
+        show(compared.header, [item.cells for item in compared], texts=(0, 1, 2))
     if figures:
         page = reporting.write(compared, directory)
         click.echo(f"Figures and page: {page}", err=as_json)
@@ -236,11 +232,10 @@ def driveline(
     from ...drive_lines import examples, toml_schema
     from ..drive_lines.line.files import units_of
     from .driveline_command import report_on, run
+    from .tables import print_json
 
     if schema:
-        import json
-
-        click.echo(json.dumps(toml_schema(), ensure_ascii=False, indent=1))
+        print_json(toml_schema())
         return
     if source is None:
         names = ", ".join(examples())
@@ -376,20 +371,3 @@ main.add_command(report)
 main.add_command(vibration)
 main.add_command(sweep)
 main.add_command(simulate)
-
-
-def _print_table(compared: Comparisons) -> None:
-    """Print the comparisons, one line per quantity, by scene."""
-    from rich.text import Text
-
-    from .tables import show
-
-    lines: list[tuple[str | Text, ...] | str] = []
-    previous = None
-    for row in compared:
-        if row.scene != previous:
-            lines.append(row.scene)
-            previous = row.scene
-        mark = Text("pass", "green") if row.passed else Text("FAIL", "bold red")
-        lines.append((*row.cells[1:-1], mark))
-    show(("quantity", "formula", "worst error", "tolerance", "verdict"), lines, texts=(0, 1))

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import json
+from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 import click
-import numpy as np
 
 from ...drive_lines import DriveLine, TitleBlock, VerdictRow
 from ...kit.errors import ArgumentError
+from ...scene.mechanism_report import grouped
 from ..drive_lines.verdict.rows import STATED
 from ..drive_lines.wording import Wording
 from ..report.drive_line_page import LineReport, save_figures, scene, write
@@ -24,9 +25,7 @@ from ..report.line_tables import (
 )
 from . import quantities
 from .showing import export
-from .tables import say, show
-
-_MARKS = {"pass": "green", "fail": "bold red", "open": "yellow", "stated": "default"}
+from .tables import print_json, say, show
 
 
 def run(
@@ -60,7 +59,8 @@ def run(
     if as_text:
         print_report(report, Wording(units=units))
     else:
-        click.echo(as_json(report))
+        # Infinite lives are texts.
+        print_json(plain(report), lambda word: word.lower().removesuffix("inity"))
     if directory is not None:
         save_figures(report, directory, wording)
         click.echo(f"Figures: {directory}", err=not as_text)
@@ -126,52 +126,41 @@ def print_report(report: LineReport, wording: Wording) -> None:
         _show(phasing_listing(report.phasing, wording))
     if (built := report.built(wording)) is not None:
         _show(built)
-    units = wording.units
-    _print_verdict(report, units)
-    say(f"Verdict: {report.verdict.summary}")
-    headlines: dict[str, list[str]] = {}
-    for row in report.verdict.failed:
-        place, at = row.where or "line", f" at {row.condition}" if row.condition else ""
-        texts = row.texts(units)
-        limit = f", limit {texts[5]}" if row.limit else ""
-        told = f"{_told(row, units)} {texts[3]}{at}{limit} ({row.source})"
-        headlines.setdefault(told, []).append(place)
-    for told, places in headlines.items():
-        say(f"FAIL {', '.join(places)}: {told}", "red")
-    unjudged = [row for row in report.verdict if row.status == STATED and "give " in row.note]
-    for word, rows, style in (
-        ("OPEN", report.verdict.open, "yellow"),
-        ("not judged", unjudged, ""),
+    units, verdict = wording.units, report.verdict
+    rows: list[tuple[str, ...] | str] = []
+    for heading, members in groupby(verdict, key=lambda row: row.texts()[0]):
+        rows.append(heading)
+        for row in members:
+            _, where, _, *numbers = row.texts(units)[:8]
+            place = ", ".join(filter(None, [_told(row, units), where, row.condition]))
+            rows.append((place, *numbers))
+    headings = ("quantity, where, at", "value", "by the\nrule", "limit", "margin", "verdict")
+    show(headings, rows, title="verdict")
+    say(f"Verdict: {verdict.summary}")
+
+    def missed(row: VerdictRow) -> str:
+        _, _, _, value, _, limit, *_ = row.texts(units)
+        at = f" at {row.condition}" * bool(row.condition)
+        return f"{_told(row, units)} {value}{at}{f', limit {limit}' * bool(limit)} ({row.source})"
+
+    def asked(row: VerdictRow) -> str:
+        return f"{row.quantity}: {'; '.join(dataclasses.replace(row, broken=()).remarks(units))}"
+
+    unjudged = [row for row in verdict if row.status == STATED and "give " in row.note]
+    for word, style, of, said in (
+        ("FAIL", "red", verdict.failed, missed),
+        ("OPEN", "yellow", verdict.open, asked),
+        ("not judged", "", unjudged, asked),
     ):
-        # Places of which the same is asked share a line.
-        alike: dict[tuple[str, str], list[str]] = {}
-        for row in rows:
-            told = "; ".join(dataclasses.replace(row, broken=()).remarks(units))
-            alike.setdefault((row.quantity, told), []).append(row.where or "line")
-        for (quantity, told), places in alike.items():
-            say(f"{word} {', '.join(dict.fromkeys(places))}: {quantity}: {told}", style)
+        # Places of which the same is told share a line.
+        for text, places in grouped((row.where or "line", said(row)) for row in of).items():
+            say(f"{word} {', '.join(dict.fromkeys(places))}: {text}", style)
 
 
 def _show(listing: Listing, lead: str = "") -> None:
     texts = tuple(range(listing.left))
     headings = [heading.replace(" [", "\n[") for heading in listing.header]
     show(headings, listing.rows, title=lead + listing.caption, texts=texts)
-
-
-def _print_verdict(report: LineReport, units: str) -> None:
-    from rich.text import Text
-
-    rows: list[tuple[str | Text, ...] | str] = []
-    title = ""
-    for row in report.verdict:
-        heading, where, _, value, by_rule, limit, margin, status = row.texts(units)[:8]
-        if heading != title:
-            title = heading
-            rows.append(title)
-        place = ", ".join(filter(None, [_told(row, units), where, row.condition]))
-        rows.append((place, value, by_rule, limit, margin, Text(status, _MARKS[row.status])))
-    headings = ("quantity, where, at", "value", "by the\nrule", "limit", "margin", "verdict")
-    show(headings, rows, title="verdict")
 
 
 def _told(row: VerdictRow, units: str) -> str:
@@ -185,31 +174,22 @@ def _told(row: VerdictRow, units: str) -> str:
     return f"{row.quantity} ({'; '.join(listed)})" if listed else row.quantity
 
 
-def as_json(report: LineReport) -> str:
-    """Return the verdict and the forks as JSON text, in SI units and radians."""
-    rows = [
-        {**dataclasses.asdict(row), "margin": row.margin, "inverses": row.inverses}
-        for row in report.verdict
-    ]
+def plain(report: LineReport) -> dict[str, Any]:
+    """Return the verdict and the forks as plain data, in SI units and radians."""
     phasing = report.phasing
-    forks = None
-    if phasing is not None:
-        forks = {
-            "fork_offsets": phasing.fork_offsets.tolist(),
-            "residual_angle": phasing.value,
-            "given_residual_angle": phasing.given_value,
-            "proven": phasing.proven,
-        }
-    content = {
+    forks = phasing and {
+        "fork_offsets": phasing.fork_offsets.tolist(),
+        "residual_angle": phasing.value,
+        "given_residual_angle": phasing.given_value,
+        "proven": phasing.proven,
+    }
+    return {
         "line": report.line.name,
         "passed": report.verdict.passed,
         "outcome": report.verdict.summary,
-        "rows": [{key: _finite(value) for key, value in row.items()} for row in rows],
+        "rows": [
+            {**dataclasses.asdict(row), "margin": row.margin, "inverses": row.inverses}
+            for row in report.verdict
+        ],
         "phasing": forks,
     }
-    return json.dumps(content, ensure_ascii=False, indent=1)
-
-
-def _finite(value: object) -> object:
-    """Return a value that JSON has; infinite lives are texts."""
-    return str(value) if isinstance(value, float) and not np.isfinite(value) else value

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
-import click
 import numpy as np
-from rich.text import Text
 
 from ...core.mechanics.exact import load
 from ...core.mechanism.mechanism import Mechanism
@@ -17,7 +14,7 @@ from ...scene.describe import describe
 from ...scene.drives import Drive, Drives
 from ...scene.mechanism_report import MechanismReport
 from .quantities import shown
-from .tables import say, show
+from .tables import print_json, say, show
 
 
 def describe_source(source: str, *, strict: bool) -> None:
@@ -67,7 +64,7 @@ def check_source(source: str, *, strict: bool, as_json: bool) -> bool:
     except CardanError as error:  # Loops that stay open, or a start that no scene accepts.
         reason = str(error)
     if as_json:
-        click.echo(_as_json(mechanism, report, drives, reason))
+        print_json(_plain(mechanism, report, drives, reason))
         return not reason
     _print_check(mechanism, report, drives, reason)
     return not reason
@@ -138,9 +135,9 @@ def _determined(report: MechanismReport) -> list[str]:
 def _print_drives(mechanism: Mechanism, drives: Drives) -> None:
     rows = []
     for item in drives.ranked:
-        role: str | Text = ""
+        role = ""
         if item.name in drives.default:
-            role = Text("drive", "green")
+            role = "drive"
         elif item.name in drives.held:
             role = "held"
         elif item.determines and item.instead_of:
@@ -172,10 +169,10 @@ def _near(mechanism: Mechanism, drives: Drives) -> str:
     )
 
 
-def _as_json(
+def _plain(
     mechanism: Mechanism, report: MechanismReport | None, drives: Drives | None, reason: str
-) -> str:
-    """Return all that is printed, in SI units and radians; what has no end is null."""
+) -> dict[str, Any]:
+    """Return all that is printed, in SI units and radians."""
     told: dict[str, Any] = {
         "mechanism": mechanism.name,
         "warnings": list(mechanism.warnings if report is None else report.warnings),
@@ -194,16 +191,12 @@ def _as_json(
                 "name": item.name,
                 "unit": mechanism.drivable[item.name].unit,
                 "determines": item.determines,
-                "range": None if item.range is None else [_finite(value) for value in item.range],
+                "range": item.range,
                 "turns": item.turns,
-                "limits": [_finite(value) for value in item.limits],
+                "limits": item.limits,
                 "instead_of": list(item.instead_of),
                 "ends": item.ends,
             }
             for item in drives.ranked
         ]
-    return json.dumps(told, ensure_ascii=False, indent=1)
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    return told

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import os
 import re
 from collections.abc import Callable
@@ -60,19 +59,9 @@ def joints(source: str) -> list[str]:
 def limits() -> list[str]:
     """Return the names of the limits of verdicts, from the source that lists them."""
     case = _PACKAGE / "practice" / "drive_lines" / "verdict" / "case.py"
-    found: set[str] = set()
-    for node in ast.parse(case.read_text(encoding="utf-8")).body:
-        if not isinstance(node, (ast.Assign, ast.AnnAssign)):
-            continue
-        target = ast.unparse(node.targets[0] if isinstance(node, ast.Assign) else node.target)
-        named = node.value
-        if isinstance(named, ast.Dict) and target == "_BY_APPLICATION":
-            inside = [item for value in named.values for item in ast.walk(value)]
-            found |= {str(item.value) for item in inside if isinstance(item, ast.Constant)}
-        elif named is not None and target == "KNOWN":
-            tables = [item for item in ast.walk(named) if isinstance(item, ast.Dict)]
-            found |= {str(item.value) for item in tables[0].keys if isinstance(item, ast.Constant)}
-    return sorted(found)
+    # Those of the verdict's own and those that the caller alone can give.
+    _, _, told = case.read_text(encoding="utf-8").partition("_BY_APPLICATION")
+    return sorted(set(re.findall(r'"(\w\w+)"[,)}]', told.partition("_OTHER")[0])))
 
 
 def complete_source(of: Callable[[], dict[str, Path]]) -> Completer:

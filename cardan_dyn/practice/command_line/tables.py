@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Literal
+import json
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
 
+import click
 from rich.align import Align
 from rich.box import SIMPLE_HEAD
 from rich.cells import cell_len
@@ -12,7 +14,12 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-Cell = str | Text
+_COLOURS = {
+    **dict.fromkeys(("pass", "drive"), "green"),
+    **dict.fromkeys(("fail", "FAIL"), "bold red"),
+    "open": "yellow",
+}
+"""Of words in the last column."""
 
 
 class _Console(Console):
@@ -32,6 +39,12 @@ def say(text: str, style: str = "") -> None:
     console().print(Text(text, style=style))
 
 
+def print_json(content: Any, unknown: Callable[[str], Any] = lambda word: None) -> None:
+    """Print JSON; `unknown` gives what stands for `NaN`, `Infinity` and `-Infinity`."""
+    plain = json.loads(json.dumps(content), parse_constant=unknown)
+    click.echo(json.dumps(plain, ensure_ascii=False, indent=1))
+
+
 def crop(text: str) -> None:
     """Print a line, cut off at the width of the terminal."""
     console().print(Text(text), no_wrap=True, overflow="ellipsis")
@@ -39,7 +52,7 @@ def crop(text: str) -> None:
 
 def show(
     headings: Sequence[str],
-    rows: Sequence[Sequence[Cell] | str],
+    rows: Sequence[Sequence[str] | str],
     *,
     title: str = "",
     caption: str = "",
@@ -58,7 +71,7 @@ def show(
     if title:
         say(title, "bold")
     columns = [
-        [*heading.splitlines(), *(str(row[index]) for row in rows if not isinstance(row, str))]
+        [*heading.splitlines(), *(row[index] for row in rows if not isinstance(row, str))]
         for index, heading in enumerate(headings)
     ]
     # A cell needs its longest word if it may be wrapped.
@@ -82,7 +95,7 @@ def show(
 
 def _print_lines(
     headings: Sequence[str],
-    rows: Sequence[Sequence[Cell] | str],
+    rows: Sequence[Sequence[str] | str],
     texts: Sequence[int],
     widths: Sequence[int],
     between: int,
@@ -95,32 +108,32 @@ def _print_lines(
         head = Align(Text(heading, justify=side), side, vertical="bottom")
         table.add_column(head, justify=side, width=width, header_style="")
     for row in rows:
-        table.add_row(*([Text(row, "bold")] if isinstance(row, str) else map(_text, row)))
+        table.add_row(*([Text(row, "bold")] if isinstance(row, str) else _coloured(row)))
     for parts in printer.render_lines(table, pad=False):
         line = Text.assemble(*((part.text, part.style or "") for part in parts))
         line.rstrip()
         printer.print(line, no_wrap=True)
 
 
-def _text(cell: Cell) -> Text:
-    return Text(cell) if isinstance(cell, str) else cell
+def _coloured(row: Sequence[str]) -> list[Text]:
+    return [*map(Text, row[:-1]), Text(row[-1], _COLOURS.get(row[-1], ""))]
 
 
-def _print_records(headings: Sequence[str], rows: Sequence[Sequence[Cell] | str]) -> None:
+def _print_records(headings: Sequence[str], rows: Sequence[Sequence[str] | str]) -> None:
     """Print every row as its first cell, and below it the others beside their headings."""
     printer, names = console(), [heading.replace("\n", " ") for heading in headings]
     width = max(map(cell_len, names[1:]), default=0)
     for row in rows:
-        first, *others = [row] if isinstance(row, str) else row
-        say(str(first), "bold")
+        first, *others = [Text(row)] if isinstance(row, str) else _coloured(row)
+        say(first.plain, "bold")
         for name, cell in zip(names[1:], others, strict=False):
-            if not str(cell):
+            if not cell:
                 continue
             margin = f"  {name.ljust(width)}  "
-            if printer.width - cell_len(margin) < max(map(cell_len, str(cell).split())):
+            if printer.width - cell_len(margin) < max(map(cell_len, cell.plain.split())):
                 say(f"  {name}")
                 margin = "    "
-            for part in _text(cell).wrap(printer, max(1, printer.width - cell_len(margin))):
+            for part in cell.wrap(printer, max(1, printer.width - cell_len(margin))):
                 part.rstrip()
                 printer.print(Text(margin) + part, no_wrap=True, overflow="ignore", crop=False)
                 margin = " " * cell_len(margin)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +24,7 @@ from ...motion.vibration.results.resonance import numbered_campbell
 from ...scene.presets import Preset, preset_of
 from ...scene.scene import Scene
 from .quantities import of_scene, per_minute, positions
-from .tables import say, show
+from .tables import print_json, say, show
 
 if TYPE_CHECKING:
     from ..viewer.viewing import View
@@ -122,7 +121,7 @@ def run(
     if as_text:
         print_table(found)
     else:
-        click.echo(as_json(found))
+        print_json(plain(found))
     if directory is not None:
         save_figures(scene, found, directory, chart)
         click.echo(f"Figures: {directory}", err=not as_text)
@@ -227,26 +226,18 @@ def print_table(found: CriticalSpeeds) -> None:
         say(text)
 
 
-def as_json(found: CriticalSpeeds) -> str:
-    """Return critical speeds as JSON text, in SI units and radians."""
-    rows = [
-        {
-            name: None if isinstance(value, float) and not np.isfinite(value) else value
-            for name, value in row._asdict().items()
-        }
-        for row in found
-    ]
-    content = {
+def plain(found: CriticalSpeeds) -> dict[str, Any]:
+    """Return critical speeds as plain data, in SI units and radians."""
+    return {
         "mechanism": found.scene.mechanism.name,
         "drive": found.scene.drives[0],
         "free": list(found.scene.free),
         "low": found.low,
         "high": found.high,
         "orders": list(found.orders),
-        "critical_speeds": rows,
+        "critical_speeds": [row._asdict() for row in found],
         "remarks": list(found.remarks),
     }
-    return json.dumps(content, ensure_ascii=False, indent=1)
 
 
 def chart_of(scene: Scene, text: str | None) -> tuple[str, float] | None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import base64
-import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -28,29 +28,25 @@ from .page import template
 from .verdicts import Comparisons
 
 
-def as_json(comparisons: Comparisons) -> str:
-    """Return the comparisons as JSON text."""
-    return json.dumps(
-        {
-            "version": __version__,
-            "passed": comparisons.passed,
-            "comparisons": [
-                {
-                    "scene": item.scene,
-                    "quantity": item.quantity,
-                    "source": item.source,
-                    "beta_deg": beta_deg,
-                    "error": error,
-                    "tolerance": item.tolerance,
-                    "passed": error <= item.tolerance,
-                }
-                for item in comparisons
-                for beta_deg, error in item.errors.items()
-            ],
-        },
-        ensure_ascii=False,
-        indent=1,
-    )
+def plain(comparisons: Comparisons) -> dict[str, Any]:
+    """Return the comparisons as plain data."""
+    return {
+        "version": __version__,
+        "passed": comparisons.passed,
+        "comparisons": [
+            {
+                "scene": item.scene,
+                "quantity": item.quantity,
+                "source": item.source,
+                "beta_deg": beta_deg,
+                "error": error,
+                "tolerance": item.tolerance,
+                "passed": error <= item.tolerance,
+            }
+            for item in comparisons
+            for beta_deg, error in item.errors.items()
+        ],
+    }
 
 
 def write(comparisons: Comparisons, directory: Path) -> Path:

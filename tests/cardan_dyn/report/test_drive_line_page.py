@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import html
-import json
 import math
 import re
 from html.parser import HTMLParser
@@ -20,7 +19,7 @@ pytest.importorskip("meshcat", reason="the page has a scene")
 from testkit.line_data import FAN, double_shaft, random_line
 
 from cardan_dyn.drive_lines import DriveLine, ShaftJoint, TitleBlock
-from cardan_dyn.practice.command_line.driveline_command import as_json
+from cardan_dyn.practice.command_line import driveline_command
 from cardan_dyn.practice.drive_lines.verdict.analysis import LineForces
 from cardan_dyn.practice.drive_lines.wording import Wording
 from cardan_dyn.practice.report import drive_line_page as page
@@ -491,7 +490,7 @@ def test_the_headline_is_green_only_where_everything_was_judged(tmp_path: Path) 
     assert said in written(found, tmp_path)
     german = written(found, tmp_path, ("de", "si"))
     assert f"bestanden, {len(found.verdict.open)} Zeilen offen" in german
-    assert json.loads(as_json(found))["outcome"] == found.verdict.summary
+    assert driveline_command.plain(found)["outcome"] == found.verdict.summary
     judged = tuple(row for row in rows if row.status != "open")
     complete = dataclasses.replace(found.verdict, rows=judged)
     assert headline(dataclasses.replace(found, verdict=complete)) == "pass"
