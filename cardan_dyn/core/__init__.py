@@ -98,7 +98,7 @@ OFFERED = {
     "results.element_results": ("ElementResults",),
     "results.inertia": ("mass_matrix_of",),
     "results.left_open": ("named_components",),
-    "results.limits": ("efforts", "exceeded"),
+    "results.limits": ("briefly", "efforts", "exceeded"),
     "results.lost_digits": ("WELL", "digits", "lost_part", "near_singular", "right"),
     "results.plot": ("Plot", "draws", "own_options"),
     "results.point_motion": ("Points", "motions_of"),

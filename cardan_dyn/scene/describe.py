@@ -20,10 +20,12 @@ from ..core.mechanics.vectors import seen, times
 from ..core.mechanism.configuration import Configuration
 from ..core.mechanism.mechanism import Mechanism
 from ..core.results.left_open import named_components
+from ..core.results.limits import UNLIMITED, described_limits
 from ..kit.arrays import Array
 from ..kit.errors import ArgumentError, choices
 from .drives import MOST_COORDINATES
 from .mechanism_report import ComponentReport, LoopReport, MechanismReport
+from .presets import preset_of
 
 
 def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
@@ -87,12 +89,29 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
         components=components,
         loops=[loops[index] for index in sorted(loops)],
         idle_rods=rods,
-        drivable=tuple(mechanism.drivable),
+        drivable=_as_drives(mechanism),
         warnings=(*mechanism.warnings, *_of_motors(mechanism, coordinates - rank - len(rods))),
         silent=tuple(item.told() for item in mechanism.undescribed),
         place=place,
         described=described,
     )
+
+
+def _as_drives(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return coordinates as they come to mind as drives: motors, what has limits, slides, hinges.
+
+    Turns of balls, which seldom have a motor, are the last ones.
+    """
+    preset = preset_of(mechanism)
+    motors = (*mechanism.independent_coordinates, *(preset.drive if preset else ()))
+
+    def key(name: str) -> tuple[bool, ...]:
+        item = mechanism.drivable[name]
+        has_limits = described_limits(mechanism, name) != UNLIMITED
+        several = mechanism.joints[item.joint].nv > 1
+        return name not in motors, not has_limits, not item.slides, several
+
+    return tuple(sorted(mechanism.drivable, key=key))
 
 
 def _of_motors(mechanism: Mechanism, mobility: int) -> Iterator[str]:

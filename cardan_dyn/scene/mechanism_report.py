@@ -104,7 +104,8 @@ class MechanismReport:
         idle_rods: joints at the ends of every rod that may spin about its line, while the joints
             move that the description's author drives, if there are any. These freedoms are part of
             the mobility, and need no drive.
-        drivable: names of the coordinates that a scene can drive or hold, see `Mechanism.drivable`.
+        drivable: names of the coordinates that a scene can drive or hold, see `Mechanism.drivable`:
+            motors, then what has limits, slides, hinges, and turns of balls.
         warnings: what is wrong with the description and was accepted.
         silent: in a sentence each, which couplings do not say how they press on their joints.
         place: what the ranks are those of the surroundings of.
@@ -215,7 +216,8 @@ class MechanismReport:
     def _remarks(self) -> list[str]:
         """Return what else there is to say: of drives, components, singular zeros, warnings."""
         several = len(self.components) > 1
-        remarks = [f"can be driven or held: {choices(self.drivable)}"] if self.mobility else []
+        drives = choices(self.drivable, ranked=True)
+        remarks = [f"can be driven or held: {drives}"] if self.mobility else []
         alike = grouped(
             (component.names, str(component).removeprefix(component.names))
             for component in self.components

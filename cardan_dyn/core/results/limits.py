@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,8 @@ from ...kit.errors import ModelError
 from ...kit.quantities import amount
 from ..mechanism.mechanism import Mechanism
 
+_LISTED = 3
+"""Limits that are told of many that are exceeded."""
 UNLIMITED = (-np.inf, np.inf)
 _NO_LIMIT = 1e3
 """Range of a coordinate [rad or m] from which on its limits count as none: descriptions write
@@ -43,7 +45,7 @@ def described_limits(mechanism: Mechanism, name: str) -> tuple[float, float]:
 
 
 def exceeded(sweep: Any) -> tuple[str, ...]:
-    """Return in words where a sweep goes beyond limits of its description, once for each of them.
+    """Return in words where a sweep goes beyond limits of its description, the farthest first.
 
     These are positions and speeds of all joints, and efforts of drives, of what is held and of
     actuated joints. An angle is the same after a turn; limits of zero for speeds and efforts are
@@ -57,9 +59,19 @@ def exceeded(sweep: Any) -> tuple[str, ...]:
         sizes = np.nan_to_num(np.abs([low, high, *flat]), nan=0.0, posinf=0.0)
         if over.size and over[worst] > NOTHING * sizes.max():
             value = float(flat[worst])
-            limit, most = amount(high if value > high else low, unit), amount(value, unit)
-            found.append(f"exceeds {what} ({limit}): {most} at {_at(sweep, worst)}")
-    return tuple(found)
+            limit = high if value > high else low
+            told = f"({amount(limit, unit)}): {amount(value, unit)} at {_at(sweep, worst)}"
+            # Beside what is allowed, or where one end alone is, beside the value.
+            room = high - low if np.isfinite(high - low) else abs(value)
+            found.append((over[worst] / room if room else np.inf, f"exceeds {what} {told}"))
+    return tuple(text for _, text in sorted(found, key=lambda item: -item[0]))
+
+
+def briefly(exceeded: Sequence[str]) -> list[str]:
+    """Return the farthest of what is exceeded, and how many others there are."""
+    count = len(exceeded) if len(exceeded) <= _LISTED + 1 else _LISTED
+    more = [f"exceeds {len(exceeded) - count} more limits by less"] * (count < len(exceeded))
+    return [*exceeded[:count], *more]
 
 
 def _limited(sweep: Any) -> Iterator[tuple[str, Array, float, float, str]]:

@@ -15,13 +15,13 @@ from ...core.elements.described import described_elements
 from ...core.elements.link_loads import Wrench
 from ...core.mechanics.exact import load
 from ...core.mechanism.mechanism import Mechanism
-from ...core.results.limits import exceeded
+from ...core.results.limits import briefly, exceeded
 from ...core.results.wrench import JointWrench
 from ...figures.wrenches import MARK, PARTS, QUANTITIES, determined, known_part, together, values_of
 from ...kit.arrays import NOTHING, Array
 from ...kit.checks import writing
 from ...kit.errors import ArgumentError, MissingExtraError, SimulationError
-from ...kit.quantities import NONE, column
+from ...kit.quantities import column
 from ...motion.simulation.progress import INTERRUPTED
 from ...motion.simulation.trajectory import Trajectory
 from ...scene.scene import Scene
@@ -33,6 +33,7 @@ from ...scene.usual_motion import (
     slides,
     usual_motion,
 )
+from ..report.findings import sentence
 from .group import Interrupted, end_by
 from .quantities import by_coordinate, ends_of, of_scene, shown, value_of
 from .quantities import positions as positions_of
@@ -318,14 +319,6 @@ def _over(swept: Sweep, name: str) -> tuple[Array, str, str]:
     )
 
 
-class _Greatest(NamedTuple):
-    """The greatest of a quantity, what is told of it, and where it is; NaN is not known."""
-
-    size: float = np.nan
-    told: str = ""
-    place: float = np.nan
-
-
 def _print_extremes(swept: Sweep, places: Array, unit: str, said: str) -> None:
     """Print the greatest force and moment of every joint, and where they occur."""
     force, moment = (
@@ -337,39 +330,34 @@ def _print_extremes(swept: Sweep, places: Array, unit: str, said: str) -> None:
     places = np.where(np.abs(places) <= NOTHING * np.max(np.abs(places)), 0.0, places)
     columns, headings, told = [list(swept)], ["joint"], ""
     for quantity in ("force", "moment", "torsion", "bending"):
-        found = [_greatest(wrench, quantity, scale, places) for wrench in swept.values()]
-        texts, shown_unit = column([item.size for item in found], QUANTITIES[quantity])
-        columns.append([text + item.told for text, item in zip(texts, found, strict=True)])
+        nothing = NOTHING * scale[QUANTITIES[quantity]]
+        found = [_greatest(wrench, quantity, nothing, places) for wrench in swept.values()]
+        sizes, marks, at = zip(*found, strict=True)
+        texts, shown_unit = column(sizes, QUANTITIES[quantity])
+        columns.append([text + mark for text, mark in zip(texts, marks, strict=True)])
         headings.append(f"{quantity}\n{shown_unit}")
         if quantity in PARTS:
-            at = [item.place for item in found]
-            texts, shown_unit = column(at, unit, 3)
-            if unit == "sample":
-                texts = [NONE if np.isnan(place) else f"{place:.0f}" for place in at]
+            texts, shown_unit = column(at, unit, 1 if unit == "sample" else 3)
             columns.append(texts)
             headings.append(f"at\n{shown_unit}")
-        told += "".join(item.told for item in found)
+        told += "".join(marks)
     caption = f"Greatest that the parent exerts on the child, {said}."
     if told.replace(MARK, ""):
         caption += " Where statics leaves one open, its greatest part that is determined, by name."
     if opened := swept.left_open.text:
         caption += f" {'* ' * (MARK in told)}{opened[0].upper()}{opened[1:]}."
-    unknown = [
-        np.isnan(values_of(wrench, quantity)) for wrench in swept.values() for quantity in PARTS
-    ]
+    unknown = [np.isnan(values_of(of, quantity)) for of in swept.values() for quantity in PARTS]
     if missing := int(np.any(unknown, axis=0).sum()):
         caption += f" Not known at {missing} of {len(places)} places, close to singular ones."
     show(headings, list(zip(*columns, strict=True)), caption=caption)
-    remarks = swept.near_singular(*swept.values()), swept.near_reach, *exceeded(swept)
+    remarks = swept.near_singular(*swept.values()), swept.near_reach, *briefly(exceeded(swept))
     for text in filter(None, remarks):
-        say(f"{text[0].upper()}{text[1:]}.", "yellow")
-    efforts = np.asarray(swept.drive_effort).reshape(len(places), -1)
-    for index, name in enumerate(swept.drives):
-        values = efforts[:, index]
-        values = values[~np.isnan(values)] if not np.isnan(values).all() else values
-        unit = swept.mechanism.drivable[name].effort_unit
-        (low, high), shown_unit = column([values.min(), values.max()], unit)
-        say(f"drive {name}: {low} to {high} {shown_unit}")
+        say(sentence(text), "yellow")
+    efforts = np.reshape(swept.drive_effort, (len(places), -1)).T
+    for name, course in zip(swept.drives, efforts, strict=False):
+        ends = np.fmin.reduce(course), np.fmax.reduce(course)
+        (low, high), unit = column(ends, swept.mechanism.drivable[name].effort_unit)
+        say(f"drive {name}: {low} to {high} {unit}")
     residuals = {
         "loops": swept.loop_residual,
         "balance": swept.balance_residual,
@@ -381,31 +369,29 @@ def _print_extremes(swept: Sweep, places: Array, unit: str, said: str) -> None:
 
 
 def _greatest(
-    wrench: JointWrench, quantity: str, scale: Mapping[str, float], places: Array
-) -> _Greatest:
+    wrench: JointWrench, quantity: str, nothing: float, places: Array
+) -> tuple[float, str, float]:
     """Return the greatest of a quantity, or of the part of it that statics determines.
 
     Args:
         wrench: of the joint.
         quantity: `force`, `moment`, `torsion` or `bending`.
-        scale: sizes beside which a quantity is rounding, by unit.
+        nothing: size up to which it is rounding.
         places: `(N,)` of the samples.
+
+    Returns:
+        With its sign; the name of the part, and a star of what is open; where. NaN is not known.
     """
     if quantity not in PARTS and not wrench.has_axis:
-        return _Greatest()
-
-    def most(part: str) -> float:
-        return float(np.nanmax(np.abs(values_of(wrench, part)), initial=0.0))
-
-    part, nothing = quantity, NOTHING * scale[QUANTITIES[quantity]]
-    if quantity in PARTS:
-        part = known_part(wrench, quantity)
-        if most(part) <= nothing < most(quantity):
-            part = quantity  # What statics leaves open of it is all there is.
-    values, star = values_of(wrench, part), "" if determined(wrench, part) else MARK
+        return np.nan, "", np.nan
+    part = known_part(wrench, quantity) if quantity in PARTS else quantity
+    values, whole = values_of(wrench, part), values_of(wrench, quantity)
+    if np.any(whole > nothing) and not np.any(np.abs(values) > nothing):
+        part, values = quantity, whole  # What statics leaves open of it is all there is.
+    star, sizes = MARK * (not determined(wrench, part)), np.abs(values)
+    most = float(np.nanmax(sizes, initial=0.0))
+    if most <= nothing:
+        return (np.nan if np.isnan(sizes).all() else 0.0), star, np.nan
     # The first that is as great but for rounding, among those that are known.
-    worst = int(np.argmax(np.abs(values) >= most(part) * (1.0 - NOTHING)))
-    size = float(values[worst] if part == "torsion" else abs(values[worst]))
-    if most(part) <= nothing:
-        return _Greatest(size if np.isnan(size) else 0.0, star)
-    return _Greatest(size, f" {part}" * (part != quantity) + star, float(places[worst]))
+    worst = int(np.argmax(sizes >= most * (1.0 - NOTHING)))
+    return float(values[worst]), f" {part}" * (part != quantity) + star, float(places[worst])

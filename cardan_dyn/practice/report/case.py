@@ -41,6 +41,7 @@ class Case(NamedTuple):
         said: how it is driven and why, and what was done otherwise than asked.
         box: `(d, 2)` ranges of several drives [rad or m] that are looked through besides.
         trajectory: that it is the sweep along.
+        ways: loads that act while their joints move one way, see `one_way`.
     """
 
     mechanism: Mechanism
@@ -48,6 +49,7 @@ class Case(NamedTuple):
     said: tuple[str, ...] = ()
     box: Array | None = None
     trajectory: Trajectory | None = None
+    ways: Mapping[str, tuple[float, int]] = {}
 
 
 def case_of(
@@ -119,14 +121,16 @@ def case_of(
         return scene.sweep(positions, speed=rate, loads=loads)
 
     if len(scene.drives) > 1:
-        return Case(mechanism, solved(positions), tuple(remarks), None if ways else motion.box)
+        box = None if ways else motion.box
+        return Case(mechanism, solved(positions), tuple(remarks), box, ways or {})
     try:
         sweep = solved(positions)
     except (AssemblyError, SingularConfigurationError, AccuracyError) as error:
-        return _shortened(mechanism, scene, positions, solved, remarks, error)
+        part = _shortened(mechanism, scene, positions, solved, remarks, error)
+        return part._replace(ways=ways or {})
     if motion.turns and interval is None and given.get("loads"):
         remarks += driving(sweep)
-    return Case(mechanism, sweep, tuple(remarks))
+    return Case(mechanism, sweep, tuple(remarks), ways=ways or {})
 
 
 def _shortened(

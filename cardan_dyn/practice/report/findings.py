@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ...core.elements.joint_elements import Actuator
 from ...core.elements.link_loads import Wrench
 from ...core.results.axes import in_fixed_axes
-from ...core.results.limits import exceeded
+from ...core.results.limits import briefly, exceeded
 from ...core.results.lost_digits import WELL, digits, near_singular, right
 from ...core.results.result import Result
 from ...core.results.sweep import Sweep
@@ -81,7 +81,7 @@ class Findings(Result, Frozen):
     def __init__(
         self, case: Case, title: str, project: str, author: str, date: str, revision: str
     ) -> None:
-        mechanism, self.sweep, self.said, self._box, self._trajectory = case
+        mechanism, self.sweep, self.said, self._box, self._trajectory, self._ways = case
         self.mechanism = mechanism.base
         self.project, self.author, self.revision = project, author, revision
         self.title = title or mechanism.name
@@ -271,8 +271,8 @@ class Findings(Result, Frozen):
 
     @property
     def beware(self) -> list[str]:
-        """The doubts, and limits that are exceeded, as sentences."""
-        return [*self.doubts, *map(sentence, self.exceeded)]
+        """The doubts, and in brief limits that are exceeded, as sentences."""
+        return [*self.doubts, *map(sentence, briefly(self.exceeded))]
 
     @property
     def covered(self) -> str:
@@ -474,8 +474,11 @@ class Findings(Result, Frozen):
                 )
                 lines.append(f"{' and '.join(sizes) or 'nothing'} on {name}")
             else:
-                unit = sweep.mechanism.drivable[name].effort_unit
-                lines.append(f"{between(load, unit)} at {name}")
+                unit, moving = sweep.mechanism.drivable[name].effort_unit, ""
+                if name in self._ways:
+                    effort, sense = self._ways[name]
+                    load, moving = np.array(effort), f" moving {_SENSES[sense]}"
+                lines.append(f"{between(load, unit)} at {name}{moving}")
         if np.any(sweep.gravity):
             lines.append("gravity")
         if sweep.elements:
@@ -527,6 +530,8 @@ _FREE = {
     "axial": ("prismatic", "cylindrical"),
 }
 """Quantities to the types of joints that carry none of them."""
+_SENSES = {1: "forward", -1: "backward"}
+"""In which a joint moves, by the sign of its speed."""
 _PROVES = {
     "loop_residual": "loops, couplings, drives and held joints are closed",
     "balance_residual": "every body is in balance",

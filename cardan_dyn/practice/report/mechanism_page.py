@@ -149,6 +149,7 @@ def _case_parts(report: Findings, label: str, is_drawn: bool, with_scene: bool) 
     parts: dict[str, Any] = {
         "label": label,
         "said": report.said,
+        "exceeded": report.exceeded if len(report.beware) > len(report.doubts) + 3 else (),
         "drawn": sweep is not None and is_drawn,
         "proof": Grid("proof", heading, ("what", "value", "which means"), residuals),
     }

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
+from cardan_dyn.practice.report.case import case_of
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 
@@ -309,3 +310,19 @@ def test_a_task_sweep_is_drawn_over_a_row_of_its_task() -> None:
     assert axes.get_xlabel() == "hand.z [m]"
     np.testing.assert_allclose(axes.get_lines()[0].get_xdata(), TIP[:, 1], atol=1e-12)
     assert sweep.plot("shoulder", x="hand.x").axes[-1].get_xlabel() == "hand.x [m]"
+
+
+def test_loads_that_act_one_way_are_told_apart_by_it() -> None:
+    mechanism, load = cd.load("slider_crank"), 100.0
+    cases = [
+        case_of(mechanism, loads={}, ways={"piston_guide": (load, sense)}, samples=37)
+        for sense in (1, -1)
+    ]
+    reports = cd.Reports([cd.Report(case) for case in cases])
+    told = "100 N at piston_guide moving"
+    assert reports.labels == (f"{told} forward", f"{told} backward")
+    for sense, report in zip((1, -1), reports.reports, strict=True):
+        # The piston comes back over the first half of a turn.
+        way = -sense * np.sin(np.ravel(report.sweep.position))
+        acting = report.sweep.loads["piston_guide"][np.abs(way) > 1e-6]
+        np.testing.assert_array_equal(acting != 0.0, way[np.abs(way) > 1e-6] > 0.0)

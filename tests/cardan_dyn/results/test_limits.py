@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
+from cardan_dyn.core.results.limits import briefly, exceeded
 
 ARM = """<robot name="arm"><link name="base"/>
 <link name="upper"><inertial><origin xyz="0.5 0 0"/><mass value="4"/>
@@ -115,3 +116,22 @@ def test_trajectories_tell_what_their_motion_exceeds() -> None:
         assert f"exceeds speed limit of shoulder (-2 rad/s): {speed:.4g} rad/s" in told
         assert f"exceeds limit of shoulder (-57.3°): {math.degrees(end):.4g}°" in told
     assert "exceeds" not in repr(falling.at(falling.time[falling.time < 0.1]))
+
+
+def test_of_many_limits_the_farthest_are_told_and_the_others_counted() -> None:
+    """Hinges side by side that are allowed less and less, all of them at 40°."""
+    hinges = "".join(
+        f'<link name="l{index}"/><joint name="j{index}" type="revolute"><parent link="base"/>'
+        f'<child link="l{index}"/><axis xyz="0 0 1"/>'
+        f'<limit lower="-{0.1 * index}" upper="{0.1 * index}" effort="0" velocity="0"/></joint>'
+        for index in (4, 2, 5, 3, 1)
+    )
+    fan = cd.load(f'<robot name="fan"><link name="base"/>{hinges}</robot>')
+    swept = cd.Scene(fan, drive=list(fan.joints)).sweep(np.full((1, 5), np.radians(40.0)))
+    found = exceeded(swept)
+    assert [text.split()[3] for text in found] == ["j1", "j2", "j3", "j4", "j5"]
+    assert briefly(found) == [*found[:3], "exceeds 2 more limits by less"]
+    # A single one takes no more room than its count.
+    assert briefly(found[:4]) == list(found[:4]) and briefly(()) == []
+    pages = cd.Report(swept)
+    assert pages.exceeded == found and len(pages.beware) - len(pages.doubts) == 4

@@ -168,3 +168,29 @@ def test_redundancy_between_loops_is_seen() -> None:
         assert item.indeterminate is not None
         # The crank is a member between two pins: in its plane it passes a force along its line.
         assert item.indeterminate["A"] == "force yz, moment xy"
+
+
+def test_what_is_driven_first_is_told_first() -> None:
+    """Motors, then what has limits, slides, hinges, and turns of balls."""
+    kinds = {
+        "ball": ("spherical", ""),
+        "hinge": ("continuous", ""),
+        "rail": ("prismatic", '<limit lower="-1e9" upper="1e9" effort="0" velocity="0"/>'),
+        "flap": ("revolute", '<limit lower="-1" upper="1" effort="0" velocity="0"/>'),
+        "ram": ("prismatic", '<limit lower="0" upper="1" effort="0" velocity="0"/>'),
+        "motor": ("continuous", ""),
+    }
+    parts = ['<link name="base"/>']
+    for name, (kind, limit) in kinds.items():
+        own = ' independent="true"' * (name == "motor")
+        parts.append(
+            f'<link name="of_{name}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/>'
+            f'</inertial></link><joint name="{name}" type="{kind}"{own}><parent link="base"/>'
+            f'<child link="of_{name}"/><axis xyz="0 0 1"/>{limit}</joint>'
+        )
+    report = cd.describe(cd.load(f'<robot name="all">{"".join(parts)}</robot>'))
+    order = ["motor", "ram", "flap", "rail", "hinge", "ball.x", "ball.y", "ball.z"]
+    assert list(report.drivable) == order
+    assert f"can be driven or held: {', '.join(order)}" in str(report)
+    legs = cd.describe(cd.load("stewart_platform")).drivable[:6]
+    assert legs == tuple(f"leg_{index}" for index in range(1, 7))

@@ -37,7 +37,7 @@ def test_texts_of_a_report() -> None:
         "  loop bolt (fixed): rank 6 of 6, 0 redundant by itself",
         "  leaves open at a<: force xyz",
         "  leaves open at b: moment x",
-        "  can be driven or held: <i>pin, bolt.x, bolt.y",
+        "  can be driven or held: bolt.y, bolt.x, <i>pin",
         "  component <i>pin, bolt: mobility 1 of 7 coordinates, 6 independent equations, "
         "6 self-stresses",
         "  idle rod at up – down: it may spin about its line and needs no drive",
@@ -57,7 +57,7 @@ def test_notebooks_show_escaped_texts() -> None:
         "<tr><td>&lt;i&gt;pin</td><td>continuous</td><td>3</td><td>3</td>"
         "<td>a&lt;: force xyz; b: moment x</td></tr>"
         "<tr><td>bolt</td><td>fixed</td><td>6</td><td>0</td><td></td></tr></tbody></table>"
-        "<ul><li>can be driven or held: &lt;i&gt;pin, bolt.x, bolt.y</li>"
+        "<ul><li>can be driven or held: bolt.y, bolt.x, &lt;i&gt;pin</li>"
         "<li>component &lt;i&gt;pin, bolt: mobility 1 of 7 coordinates, 6 independent equations, "
         "6 self-stresses</li>"
         "<li>idle rod at up – down: it may spin about its line and needs no drive</li>"
