@@ -9,10 +9,10 @@ import click
 
 from ..._version import __version__
 from . import names, options
-from .group import EXIT_CODES, MISSED, OPEN, Commands
+from .group import EXIT_CODES, MISSED, Commands
 from .motion_options import simulate, sweep
 from .report_options import report
-from .showing import export, serve
+from .showing import present
 from .vibration_options import vibration
 
 
@@ -161,11 +161,7 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
     """
     from .view_command import scene_of
 
-    shown = scene_of(source, **given)
-    if file is not None:
-        export(shown, file)
-    else:
-        serve(shown, open_browser)
+    present(scene_of(source, **given), file, open_browser)
 
 
 @main.command()
@@ -210,53 +206,14 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
     "--check", is_flag=True, help="Exit with 1 if a limit is missed, with 3 if rows are open."
 )
 @click.option("--schema", is_flag=True, help="Print the JSON schema of the files, and end.")
-def driveline(
-    source: str | None,
-    scene: bool,
-    units: str | None,
-    watch: bool,
-    open_browser: bool,
-    check: bool,
-    schema: bool,
-    page: Path | None,
-    directory: Path | None,
-    file: Path | None,
-    language: str,
-    as_json: bool,
-    **given: Any,
-) -> None:
+def driveline(source: str | None, **given: Any) -> None:
     """Hold a drive line against the rules of practice.
 
     NAME_OR_FILE is a TOML file (--schema lists its fields), or a line that comes with the package.
     """
-    from ...drive_lines import examples, toml_schema
-    from ..drive_lines.line.files import units_of
-    from .driveline_command import report_on, run
-    from .tables import print_json
+    from .driveline_command import run
 
-    if schema:
-        print_json(toml_schema())
-        return
-    if source is None:
-        names = ", ".join(examples())
-        raise click.UsageError(f"NAME_OR_FILE is missing; lines of the package: {names}")
-    found = report_on(source, **given)
-    run(
-        found,
-        page=page,
-        with_scene=scene,
-        directory=directory,
-        file=file,
-        as_text=not as_json,
-        language=language,
-        units=units or units_of(found.line),
-    )
-    if watch:
-        from ..report.drive_line_page import scene as turning
-
-        serve(turning(found), open_browser)
-    if check and not found.verdict.passed:
-        raise SystemExit(MISSED if found.verdict.failed else OPEN)
+    run(source, **given)
 
 
 @main.command()

@@ -9,12 +9,14 @@ from typing import Any
 
 import click
 
-from ...drive_lines import DriveLine, TitleBlock, VerdictRow
+from ...drive_lines import DriveLine, TitleBlock, VerdictRow, examples, toml_schema
 from ...kit.errors import ArgumentError
 from ...scene.mechanism_report import grouped
+from ..drive_lines.line.files import units_of
 from ..drive_lines.verdict.rows import STATED
 from ..drive_lines.wording import Wording
-from ..report.drive_line_page import LineReport, save_figures, scene, write
+from ..report.drive_line_page import LineReport, save_figures, write
+from ..report.drive_line_page import scene as turning
 from ..report.line_tables import (
     Listing,
     best_forks,
@@ -24,51 +26,59 @@ from ..report.line_tables import (
     shaft_listing,
 )
 from . import quantities
-from .showing import export
+from .group import MISSED, OPEN
+from .showing import export, serve
 from .tables import print_json, say, show
 
 
 def run(
-    report: LineReport,
+    source: str | None,
     *,
+    schema: bool,
     page: Path | None,
-    with_scene: bool,
+    scene: bool,
     directory: Path | None,
     file: Path | None,
-    as_text: bool,
-    language: str = "en",
-    units: str = "si",
+    as_json: bool,
+    language: str,
+    units: str | None,
+    watch: bool,
+    open_browser: bool,
+    check: bool,
+    **given: Any,
 ) -> None:
-    """Print a report and write what is wanted.
-
-    Args:
-        report: what is told.
-        page: path of the HTML page.
-        with_scene: whether the page has the turning scene in it.
-        directory: of the figures.
-        file: path of the turning scene.
-        as_text: print tables; JSON otherwise.
-        language: of the page, see `Wording`.
-        units: of the page, likewise.
+    """Print a report on a line, write and show what is wanted; see `commands.driveline`.
 
     Raises:
         MissingExtraError: an extra is not installed.
         ArgumentError: a file cannot be written.
+        CardanError: as `report_on`.
     """
-    wording = Wording(language, units)
-    if as_text:
-        print_report(report, Wording(units=units))
-    else:
+    if schema:
+        print_json(toml_schema())
+        return
+    if source is None:
+        names = ", ".join(examples())
+        raise click.UsageError(f"NAME_OR_FILE is missing; lines of the package: {names}")
+    report = report_on(source, **given)
+    wording = Wording(language, units or units_of(report.line))
+    if as_json:
         # Infinite lives are texts.
         print_json(plain(report), lambda word: word.lower().removesuffix("inity"))
+    else:
+        print_report(report, Wording(units=wording.units))
     if directory is not None:
         save_figures(report, directory, wording)
-        click.echo(f"Figures: {directory}", err=not as_text)
+        click.echo(f"Figures: {directory}", err=as_json)
     if page is not None:
-        write(report, page, with_scene=with_scene, language=language, units=units)
-        click.echo(f"Page: {page}", err=not as_text)
+        write(report, page, with_scene=scene, language=language, units=wording.units)
+        click.echo(f"Page: {page}", err=as_json)
     if file is not None:
-        export(scene(report, wording), file, aside=not as_text)
+        export(turning(report, wording), file, aside=as_json)
+    if watch:
+        serve(turning(report), open_browser)
+    if check and not report.verdict.passed:
+        raise SystemExit(MISSED if report.verdict.failed else OPEN)
 
 
 def report_on(

@@ -12,7 +12,6 @@ import click
 import numpy as np
 
 from ...core.elements.described import described_elements
-from ...core.elements.link_loads import Wrench
 from ...core.mechanics.exact import load
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.limits import briefly, exceeded
@@ -33,7 +32,7 @@ from ...scene.usual_motion import (
     slides,
     usual_motion,
 )
-from ..report.findings import sentence
+from ..report.findings import acting, sentence
 from .group import Interrupted, end_by
 from .quantities import by_coordinate, ends_of, of_scene, shown, value_of
 from .quantities import positions as positions_of
@@ -118,10 +117,10 @@ def sweep_of(
     outputs.check()
     mechanism = load(source, strict=strict)
     ways: dict[str, tuple[float, int]] = {}
-    acting = of_scene(mechanism, ways=ways, **given)
+    asked = of_scene(mechanism, ways=ways, **given)
     if not given["loads"]:
-        acting["loads"] = None
-    motion = usual_motion(mechanism, samples=samples, **acting)
+        asked["loads"] = None
+    motion = usual_motion(mechanism, samples=samples, **asked)
     scene, at, said = motion.scene, motion.positions, motion.said
     if joints:
         scene = scene.replace(outputs=joints)
@@ -132,8 +131,8 @@ def sweep_of(
     swept = scene.sweep(at, rates["speed"], rates["acceleration"], loads=acting_one_way)
     if not outputs.printed:
         say(f"{mechanism.name}: {said}; {samples} positions, {_how_fast(motion, rates)}")
-        _say_what_acts(scene, ways)
-        for text in driving(swept) if acting["loads"] and motion.turns and ends is None else ():
+        say("; ".join(acting(swept, ways)) or "no load acts")
+        for text in driving(swept) if asked["loads"] and motion.turns and ends is None else ():
             say(text, "yellow")
         if len(swept.drives) > 1:
             said = (
@@ -173,8 +172,8 @@ def simulation_of(
     mechanism = load(source, strict=strict)
     driven = _speeds(mechanism, drive, "--drive")
     scene, why = _free_scene(mechanism, free, driven, given)
-    acting = described_elements(mechanism) if elements else []
-    scene = scene.replace(elements=acting, **({"outputs": joints} if joints else {}))
+    described = described_elements(mechanism) if elements else []
+    scene = scene.replace(elements=described, **({"outputs": joints} if joints else {}))
     options: dict[str, Any] = {"motion": driven} if driven else {}
     if positions:
         options["position"] = positions_of(mechanism, positions, "--at")
@@ -189,12 +188,11 @@ def simulation_of(
         found, failure = error.trajectory, error
     if not outputs.printed:
         swept = found.sweep
-        with_elements = f", with {len(acting)} springs, dampers or brakes" if acting else ""
         say(
-            f"{mechanism.name}: {', '.join(scene.free)} free{why}{with_elements}; "
+            f"{mechanism.name}: {', '.join(scene.free)} free{why}; "
             f"{found.time[-1]:.6g} s by {found.method}"
         )
-        _say_what_acts(scene)
+        say("; ".join(acting(swept, {})) or "no load acts")
         for name in scene.free:
             say(f"{name}: {_course(swept, name)}")
         if np.isfinite(found.energy_residual):
@@ -217,12 +215,12 @@ def _free_scene(
     given: Mapping[str, Any],
 ) -> tuple[Scene, str]:
     """Return a scene with free joints, and why they are free, in brackets."""
-    acting = of_scene(mechanism, **given)
+    asked = of_scene(mechanism, **given)
     if driven and not free:
         # What is driven excites what stands on springs.
-        taken = {*driven, *acting["held"]}
+        taken = {*driven, *asked["held"]}
         free = tuple(name for name in mechanism.joint_springs if name not in taken)
-    scene = default_scene(mechanism, **acting | {"drive": (*driven, *free)})
+    scene = default_scene(mechanism, **asked | {"drive": (*driven, *free)})
     rest = free or tuple(name for name in scene.drives if name not in driven)
     why = "" if free or driven else " (what would be driven in a sweep)"
     return scene.replace(free=list(rest), drive=list(driven) or None), why
@@ -281,26 +279,6 @@ def _how_fast(motion: UsualMotion, rates: Mapping[str, float]) -> str:
     drive = motion.scene.mechanism, motion.scene.drives[0]
     told = [shown(*drive, what, rate) for what, rate in rates.items() if rate or what == "speed"]
     return f"at {', '.join(told)}"
-
-
-def _say_what_acts(scene: Scene, ways: Mapping[str, tuple[float, int]] | None = None) -> None:
-    """Print what holds and loads a scene, which may be that of a preset."""
-    texts = []
-    for name, value in scene.held.items():
-        texts.append(f"{name} held at {shown(scene.mechanism, name, 'position', value)}")
-    for name, effort in scene.loads.items():
-        if name in scene.mechanism.drivable:
-            amount = shown(scene.mechanism, name, "effort", float(np.asarray(effort)))
-            texts.append(f"{amount} at {name}")
-        elif isinstance(effort, Wrench):
-            texts.append(f"a wrench on {name}")
-    for name, (value, sense) in (ways or {}).items():
-        how = "forward" if sense > 0 else "backward"
-        texts.append(f"{shown(scene.mechanism, name, 'effort', value)} at {name} moving {how}")
-    if np.any(scene.gravity):
-        texts.append(f"gravity {' '.join(f'{value:g}' for value in scene.gravity)} m/s²")
-    if texts:
-        say("; ".join(texts))
 
 
 def _speeds(mechanism: Mechanism, pairs: tuple[str, ...], option: str) -> dict[str, float]:

@@ -34,3 +34,11 @@ def serve(shown: View, open_browser: bool, *, aside: bool = False) -> None:
         shown.serve()
     except KeyboardInterrupt:
         shown.close()
+
+
+def present(shown: View, file: Path | None, open_browser: bool, *, aside: bool = False) -> None:
+    """Write a scene where there is a file for it, else serve it; see `export`."""
+    if file is not None:
+        export(shown, file, aside=aside)
+    else:
+        serve(shown, open_browser, aside=aside)

@@ -24,6 +24,7 @@ from ...motion.vibration.results.resonance import numbered_campbell
 from ...scene.presets import Preset, preset_of
 from ...scene.scene import Scene
 from .quantities import of_scene, per_minute, positions
+from .showing import present
 from .tables import print_json, say, show
 
 if TYPE_CHECKING:
@@ -105,26 +106,41 @@ def found_speeds(
 
 
 def run(
-    scene: Scene,
-    found: CriticalSpeeds,
+    source: str,
+    *,
+    speed: tuple[float, float] | None,
+    orders: tuple[float, ...],
     directory: Path | None,
-    chart: tuple[str, float] | None,
-    as_text: bool,
+    chart: str | None,
+    mode: int | None,
+    file: Path | None,
+    open_browser: bool,
+    as_json: bool,
+    **given: Any,
 ) -> None:
-    """Print critical speeds, as a table or as JSON, and draw what is wanted; see `save_figures`.
+    """Print critical speeds, draw and show what is wanted; see `vibration_options`.
 
     Raises:
         MissingExtraError: an extra is not installed.
         ArgumentError: a figure cannot be written.
-        CardanError: as `forced_response` and `floquet` do.
+        CardanError: as `rig_scene`, `found_speeds`, `forced_response` and `floquet` do.
     """
-    if as_text:
-        print_table(found)
-    else:
+    if chart is not None and directory is None:
+        raise click.UsageError("--chart needs --figures")
+    if file is not None and mode is None:
+        raise click.UsageError("--export needs --mode")
+    scene = rig_scene(source, **given)
+    drawn = chart_of(scene, chart)
+    found = found_speeds(scene, speed, orders)
+    if as_json:
         print_json(plain(found))
+    else:
+        print_table(found)
     if directory is not None:
-        save_figures(scene, found, directory, chart)
-        click.echo(f"Figures: {directory}", err=not as_text)
+        save_figures(scene, found, directory, drawn)
+        click.echo(f"Figures: {directory}", err=as_json)
+    if mode is not None:
+        present(mode_view(scene, mode, found.low), file, open_browser, aside=as_json)
 
 
 def save_figures(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
@@ -10,7 +9,6 @@ import click
 from . import options
 from .group import Command
 from .names import complete_joint
-from .showing import export, serve
 
 
 @click.command(cls=Command)
@@ -49,18 +47,7 @@ from .showing import export, serve
 @click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --mode.")
 @options.as_json("Print the critical speeds as JSON.")
 @options.strict
-def vibration(
-    source: str,
-    speed: tuple[float, float] | None,
-    orders: tuple[float, ...],
-    directory: Path | None,
-    chart: str | None,
-    mode: int | None,
-    file: Path | None,
-    open_browser: bool,
-    as_json: bool,
-    **given: Any,
-) -> None:
+def vibration(source: str, **given: Any) -> None:
     """Find the critical speeds of a mechanism on springs.
 
     Resonances and instabilities, over a range of speed.
@@ -68,20 +55,6 @@ def vibration(
     NAME_OR_FILE is a bundled description or a file that states springs of joints, as
     elastic_thoma_rig does.
     """
-    from .vibration_command import chart_of, found_speeds, mode_view, rig_scene
-    from .vibration_command import run as show
+    from .vibration_command import run
 
-    if chart is not None and directory is None:
-        raise click.UsageError("--chart needs --figures")
-    if file is not None and mode is None:
-        raise click.UsageError("--export needs --mode")
-    scene = rig_scene(source, **given)
-    drawn = chart_of(scene, chart)
-    found = found_speeds(scene, speed, orders)
-    show(scene, found, directory, drawn, not as_json)
-    if mode is not None:
-        shown = mode_view(scene, mode, found.low)
-        if file is not None:
-            export(shown, file, aside=as_json)
-        else:
-            serve(shown, open_browser, aside=as_json)
+    run(source, **given)

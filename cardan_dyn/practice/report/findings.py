@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -65,7 +66,7 @@ class Way(NamedTuple):
     @property
     def span(self) -> str:
         """From where to where it goes."""
-        return way(float(self.position.min()), float(self.position.max()), self.slides)
+        return way_of(self.position, self.slides)
 
 
 class Findings(Result, Frozen):
@@ -464,26 +465,39 @@ class Findings(Result, Frozen):
         elif len(self.drives) > 1:
             # Extremes are sought far beyond them.
             lines.append(f"at {counted(len(sweep))}")
-        lines = lines or ["at rest"]
-        for name, load in sweep.loads.items():
-            if isinstance(load, Wrench):
-                sizes = (
-                    between(np.linalg.norm(np.atleast_2d(vector), axis=-1), unit)
-                    for vector, unit in ((load.force, "N"), (load.moment, "N·m"))
-                    if np.any(vector)
-                )
-                lines.append(f"{' and '.join(sizes) or 'nothing'} on {name}")
-            else:
-                unit, moving = sweep.mechanism.drivable[name].effort_unit, ""
-                if name in self._ways:
-                    effort, sense = self._ways[name]
-                    load, moving = np.array(effort), f" moving {_SENSES[sense]}"
-                lines.append(f"{between(load, unit)} at {name}{moving}")
-        if np.any(sweep.gravity):
-            lines.append("gravity")
-        if sweep.elements:
-            lines.append(counted(len(sweep.elements), "element"))
-        return lines
+        return [*(lines or ["at rest"]), *acting(sweep, self._ways)]
+
+
+def acting(sweep: Sweep, ways: Mapping[str, tuple[float, int]]) -> list[str]:
+    """Return what is held and what acts, each in a few words; `ways` as of a `Case`."""
+    known = sweep.mechanism.drivable
+    lines = [f"{name} held at {way_of(at, known[name].slides)}" for name, at in sweep.held.items()]
+    for name, load in sweep.loads.items():
+        if isinstance(load, Wrench):
+            sizes = (
+                between(np.linalg.norm(np.atleast_2d(vector), axis=-1), unit)
+                for vector, unit in ((load.force, "N"), (load.moment, "N·m"))
+                if np.any(vector)
+            )
+            lines.append(f"{' and '.join(sizes) or 'nothing'} on {name}")
+            continue
+        moving = ""
+        if name in ways:
+            effort, sense = ways[name]
+            load, moving = np.array(effort), f" moving {_SENSES[sense]}"
+        lines.append(f"{between(load, known[name].effort_unit)} at {name}{moving}")
+    if weight := gravity_of(sweep):
+        lines.append(f"gravity {weight}")
+    if sweep.elements:
+        lines.append(counted(len(sweep.elements), "element"))
+    return lines
+
+
+def gravity_of(sweep: Sweep) -> str:
+    """Return gravity in world axes; nothing where there is none."""
+    vectors = np.reshape(sweep.gravity, (-1, 3))
+    told = ", ".join(between(along) for along in vectors.T)
+    return f"({told}) m/s²" if np.any(vectors) else ""
 
 
 def ways(sweep: Sweep) -> list[Way]:
@@ -518,6 +532,11 @@ def sentence(text: str) -> str:
 def speed_text(values: Array, slides: bool) -> str:
     """Return speeds of a drive [rad/s or m/s] as a text, of what turns in 1/min."""
     return between(values if slides else values * 30.0 / np.pi, "m/s" if slides else "1/min")
+
+
+def way_of(positions: ArrayLike, slides: bool) -> str:
+    """Return where all positions [rad or m] are, or from where to where they go."""
+    return way(float(np.min(positions)), float(np.max(positions)), slides)
 
 
 def between(values: ArrayLike, unit: str = "") -> str:

@@ -27,9 +27,8 @@ from .cases import Cases
 from .courses import courses
 from .described import described, elements_of, mobility_grids, remarks_of
 from .extremes import RIGHT, counted, places_of, quantities_of
-from .findings import Findings, between, sentence, speed_text, task_rows, ways
+from .findings import Findings, between, gravity_of, sentence, speed_text, task_rows, way_of, ways
 from .grids import Grid, place, stem_of
-from .grids import way as way_of
 
 _COURSES = {
     "axial": "Axial force",
@@ -174,11 +173,8 @@ def _case(sweep: Sweep) -> Iterator[tuple[str, str]]:
         yield f"{one.kind} {one.name}", ", ".join(told)
     yield "positions", str(len(sweep))
     for name, value in sweep.held.items():
-        slides = sweep.mechanism.drivable[name].slides
-        yield f"held {name}", way_of(float(np.min(value)), float(np.max(value)), slides)
-    gravity = np.reshape(sweep.gravity, (-1, 3))
-    vector = ", ".join(between(gravity[:, axis]) for axis in range(3))
-    yield "gravity in world axes", f"({vector}) m/s²" if np.any(gravity) else "none"
+        yield f"held {name}", way_of(value, sweep.mechanism.drivable[name].slides)
+    yield "gravity in world axes", gravity_of(sweep) or "none"
     if not sweep.loads:
         yield "loads", "none"
     if not sweep.elements:

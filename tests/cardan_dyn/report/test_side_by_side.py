@@ -63,7 +63,7 @@ def test_cases_are_called_by_what_tells_them_apart() -> None:
     assert cd.Reports(swept((60.0, 5.0), (60.0, 5.0))).labels == ("case 1", "case 2")
     gravity = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", gravity=(0.0, -9.81, 0.0))
     labels = cd.Reports([*swept((0.0, 5.0)), gravity.sweep(TURN)]).labels
-    assert labels == ("5 N at piston_guide", "gravity")
+    assert labels == ("5 N at piston_guide", "gravity (0, -9.81, 0) m/s²")
 
 
 def test_text_and_table_have_every_case() -> None:
@@ -241,8 +241,8 @@ def test_a_case_with_nothing_of_its_own_is_called_by_what_it_lacks() -> None:
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": 5.0})
     weighed = scene.replace(gravity=(0.0, -9.81, 0.0))
     assert cd.Reports([scene.sweep(TURN), weighed.sweep(TURN)]).labels == (
-        "without gravity",
-        "gravity",
+        "without gravity (0, -9.81, 0) m/s²",
+        "gravity (0, -9.81, 0) m/s²",
     )
 
 
