@@ -24,6 +24,8 @@ from ..kit.errors import (
     choices,
 )
 from ..kit.frozen import Frozen, frozen
+from ..kit.markup import aligned
+from ..kit.quantities import amount
 from .assembling import assemble, closure_error
 from .presets import preset_of
 from .scene import Scene
@@ -180,20 +182,25 @@ class Drives(Frozen, Mapping[str, Drive]):
             self.values(), key=lambda item: (bool(item.problem), order.get(item.name, len(order)))
         )
 
+    def role(self, item: Drive) -> str:
+        """Return whether a coordinate is a default, where it is held, or whose place it takes."""
+        if item.name in self.default:
+            return "default"
+        if item.name in self.held:
+            at = self.held[item.name]
+            told = amount(at, "m") if item.slides else amount(float(np.degrees(at)), "°")
+            return f"held at {told}"
+        if not (item.determines and item.instead_of):
+            return ""
+        first, *others = item.instead_of
+        return f"instead of {first}{f' or {len(others)} more' * bool(others)}"
+
     def __str__(self) -> str:
-        lines = [repr(self)[1:-1]]
-        width = max(map(len, self), default=0)
-        for item in self.ranked:
-            role = ""
-            if item.name in self.default:
-                role = "; default"
-            elif item.name in self.held:
-                role = f"; held at {self.held[item.name]:.4g}"
-            elif item.instead_of and item.determines:
-                more = f" or {len(item.instead_of) - 1} more" * (len(item.instead_of) > 1)
-                role = f"; instead of {item.instead_of[0]}{more}"
-            lines.append(f"  {item.name.ljust(width)}  {item}{role}")
-        return "\n".join(lines)
+        rows = [
+            ("", item.name, "; ".join(filter(None, [str(item), self.role(item)])))
+            for item in self.ranked
+        ]
+        return "\n".join(filter(None, [repr(self)[1:-1], aligned(rows)]))
 
     def __repr__(self) -> str:
         return f"<Drives of {self.name!r}: mobility {self.mobility}, {self.reason}>"

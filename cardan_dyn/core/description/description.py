@@ -17,6 +17,7 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.frozen import FrozenDict, Value, read_only
+from ...kit.markup import aligned
 
 IDENTITY = read_only(np.eye(4))
 """Placement `(4, 4)` in the same place."""
@@ -565,7 +566,7 @@ class Description(Value):
         lines = [self.name]
         for title, rows in sections.items():
             if rows:
-                lines += [f"{title}:", *_aligned(rows)]
+                lines += [f"{title}:", aligned([("", *row) for row in rows])]
         return "\n".join(lines)
 
 
@@ -653,7 +654,7 @@ def shown_ratio(ratio: float, offset: float, higher: Sequence[float]) -> str:
 def _of_link(link: LinkDescription) -> tuple[str, ...]:
     """Return the columns that a summary shows of a link."""
     if link.is_massless:
-        return link.name, "massless"
+        return link.name, "massless", ""
     return link.name, f"{link.mass:g} kg", f"centre {_vector(link.centre)} m"
 
 
@@ -672,15 +673,3 @@ def _of_joint(joint: JointOrLoop, parent: str, child: str, driven: bool = False)
 def _vector(values: Array) -> str:
     # Adding zero removes the sign of negative zeros.
     return f"({', '.join(f'{value:.6g}' for value in values + 0.0)})"
-
-
-def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
-    """Return rows of texts as lines whose columns stand below each other."""
-    count = max(len(row) for row in rows)
-    padded = [row + ("",) * (count - len(row)) for row in rows]
-    widths = [max(map(len, column)) for column in zip(*padded, strict=True)]
-    lines = []
-    for row in padded:
-        columns = (text.ljust(width) for text, width in zip(row, widths, strict=True))
-        lines.append(f"  {'  '.join(columns)}".rstrip())
-    return lines

@@ -11,8 +11,9 @@ from ...core.mechanism.mechanism import Mechanism
 from ...core.mechanism.undescribed import REMEDY
 from ...kit.errors import CardanError, as_text, choices
 from ...scene.describe import describe
-from ...scene.drives import Drive, Drives
+from ...scene.drives import Drives
 from ...scene.mechanism_report import MechanismReport
+from ..report.described import drives_grid, links_of
 from .quantities import shown
 from .tables import print_json, say, show
 
@@ -31,16 +32,9 @@ def describe_source(source: str, *, strict: bool) -> None:
     rows = []
     for item in mechanism.description.joints_and_loops:
         if item.name in mechanism.joints:
-            parent, child = _between(item)
             kind = f"{item.type}, loop" if item.name in loops else item.type
-            rows.append((item.name, kind, parent, child))
+            rows.append((item.name, kind, *links_of(item)))
     show(("joint", "type", "from", "to"), rows, texts=(0, 1, 2, 3))
-
-
-def _between(item: Any) -> tuple[str, str]:
-    if hasattr(item, "predecessor"):
-        return item.predecessor, item.successor
-    return item.parent, item.child
 
 
 def check_source(source: str, *, strict: bool, as_json: bool) -> bool:
@@ -84,7 +78,9 @@ def _print_check(
         for line in _determined(report):
             say(line)
     if drives is not None and len(drives):
-        _print_drives(mechanism, drives)
+        found = drives_grid(drives)
+        header, *rows = ((row[0], *row[3:]) for row in (found.header, *found.rows))
+        show(header, rows, texts=(0, 3, 4))
     if reason:
         say(f"It cannot be swept: {reason}", "bold red")
         return
@@ -94,12 +90,6 @@ def _print_check(
             "The description's zero is a singular configuration; ranges are those from beside it: "
             f"{_near(mechanism, drives)}"
         )
-    if drives.held:
-        texts = (
-            f"{name} {shown(mechanism, name, 'position', value)}"
-            for name, value in drives.held.items()
-        )
-        say(f"held: {', '.join(texts)}")
     say(f"It can be swept: {drives.reason}.", "green")
 
 
@@ -130,32 +120,6 @@ def _determined(report: MechanismReport) -> list[str]:
     singular = [component for component in report.components if component.is_singular_at_zero]
     lines += [f"singular at zero: {component.names}" for component in singular]
     return lines
-
-
-def _print_drives(mechanism: Mechanism, drives: Drives) -> None:
-    rows = []
-    for item in drives.ranked:
-        role = ""
-        if item.name in drives.default:
-            role = "drive"
-        elif item.name in drives.held:
-            role = "held"
-        elif item.determines and item.instead_of:
-            role = f"instead of {item.instead_of[0]}"
-        low, high = _ends(mechanism, item)
-        rows.append((item.name, low, high, item.ends, role))
-    show(("joint", "from", "to", "ends at", "role"), rows, texts=(0, 3, 4))
-
-
-def _ends(mechanism: Mechanism, item: Drive) -> tuple[str, str]:
-    """Return the range of a drive as texts with units."""
-    if item.range is None or item.turns:
-        return "", ""
-    low, high = (
-        shown(mechanism, item.name, "position", value) if np.isfinite(value) else "no end"
-        for value in item.range
-    )
-    return low, high
 
 
 def _near(mechanism: Mechanism, drives: Drives) -> str:

@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 _COLOURS = {
-    **dict.fromkeys(("pass", "drive"), "green"),
+    **dict.fromkeys(("pass", "default"), "green"),
     **dict.fromkeys(("fail", "FAIL"), "bold red"),
     "open": "yellow",
 }

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
 
 import numpy as np
 
-from ...core.description.description import TWO_AXES, JointOrLoop
+from ...core.description.description import TWO_AXES, JointOrLoop, LoopDescription
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.sweep import Sweep
 from ...kit.arrays import Array
 from ...kit.quantities import amount, number, span
+from ...scene.drives import Drives
 from ...scene.mechanism_report import MechanismReport
-from .grids import Grid
+from .grids import Grid, place
 
 
 def fingerprint(mechanism: Mechanism) -> str:
@@ -203,6 +204,29 @@ def mobility_grids(found: MechanismReport) -> list[Grid]:
     return [grid for grid in (loops, components) if grid.rows]
 
 
+def drives_grid(drives: Drives, driven: Collection[str] = ()) -> Grid:
+    """Return how a mechanism can be driven, over which range; what cases drive is told as that."""
+    rows = []
+    for item in drives.ranked:
+        role = drives.role(item)
+        if item.name in driven and role != "default":
+            role = "driven"
+        ends = item.range or (np.nan, np.nan)
+        rows.append(
+            (
+                item.name,
+                "slide" if item.slides else "angle",
+                "yes" if item.is_grounded else "no",
+                *(place(end, item.slides) if np.isfinite(end) else "" for end in ends),
+                item.ends,
+                role,
+            )
+        )
+    caption = f"How it can be driven, from where it starts ({drives.reason})."
+    header = ("coordinate", "kind", "at the ground", "from", "to", "what ends the range", "role")
+    return Grid("drives", caption, header, rows)
+
+
 def remarks_of(found: MechanismReport) -> Iterator[str]:
     """Yield what is to be said about the mobility."""
     if found.is_counted:
@@ -218,6 +242,13 @@ def remarks_of(found: MechanismReport) -> Iterator[str]:
                 f"{found.place[0].upper()}{found.place[1:]} is a singular configuration of "
                 f"{item.names}: {item.rank_at_zero} of {item.rank} equations are independent there."
             )
+
+
+def links_of(item: JointOrLoop) -> tuple[str, str]:
+    """Return the two links between which a joint or a loop is."""
+    if isinstance(item, LoopDescription):
+        return item.predecessor, item.successor
+    return item.parent, item.child
 
 
 def _axes(joint: JointOrLoop) -> str:

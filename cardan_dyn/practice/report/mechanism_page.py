@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Iterator
+from contextlib import suppress
 from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,6 @@ import numpy as np
 
 from ..._version import __version__
 from ...core.elements.link_loads import Wrench
-from ...core.mechanism.mechanism import Mechanism
 from ...core.results.sweep import Sweep
 from ...figures.style import axes_grid, line_style, require_matplotlib
 from ...figures.wrenches import QUANTITIES
@@ -25,10 +25,10 @@ from ..viewer.viewing import view
 from . import page
 from .cases import Cases
 from .courses import courses
-from .described import described, elements_of, mobility_grids, remarks_of
+from .described import described, drives_grid, elements_of, links_of, mobility_grids, remarks_of
 from .extremes import RIGHT, counted, places_of, quantities_of
 from .findings import Findings, between, gravity_of, sentence, speed_text, task_rows, way_of, ways
-from .grids import Grid, place, stem_of
+from .grids import Grid, stem_of
 
 _COURSES = {
     "axial": "Axial force",
@@ -56,6 +56,10 @@ def write(cases: Cases, path: Path, with_scene: bool) -> Path:
     labels = cases.labels or ("greatest in size",)
     source = mechanism.description.text
     file = "text" if source is None or source.path is None else source.path.name
+    grids = mobility_grids(found)
+    with suppress(CardanError):
+        drives = drives_grid(found.drives, {name for one in cases.reports for name in one.drives})
+        grids += [drives] if drives.rows else []
     block = {
         "Mechanism": mechanism.name,
         "Project": first.project,
@@ -89,7 +93,7 @@ def write(cases: Cases, path: Path, with_scene: bool) -> Path:
         ],
         mobility=_mobility(found),
         mobility_remarks=list(remarks_of(found)),
-        mobility_grids=[*mobility_grids(found), *_drives(cases)],
+        mobility_grids=grids,
         described=described(mechanism),
         left_out=mechanism.warnings,
         versions=[
@@ -211,40 +215,6 @@ def _mobility(found: MechanismReport) -> list[tuple[str, str]]:
         ("loops are written as", found.notation),
         ("characteristic length", amount(found.length, "m")),
     ]
-
-
-def _drives(cases: Cases) -> Iterator[Grid]:
-    """Yield how the mechanism can be driven, over which range, and what drives it in the cases."""
-    driven = {name for report in cases.reports for name in report.drives}
-    try:
-        drives = cases.reports[0].description.drives
-    except CardanError:
-        return
-    rows = []
-    for item in drives.ranked:
-        role = "default" if item.name in drives.default else ""
-        if item.name in driven:
-            role = role or "driven"
-        elif item.name in drives.held:
-            role = f"held at {place(drives.held[item.name], item.slides)}"
-        elif not role and item.determines and item.instead_of:
-            role = f"instead of {', '.join(item.instead_of[:3])}"
-        ends = item.range or (np.nan, np.nan)
-        rows.append(
-            (
-                item.name,
-                "slide" if item.slides else "angle",
-                "yes" if item.is_grounded else "no",
-                *(place(end, item.slides) if np.isfinite(end) else "" for end in ends),
-                item.ends,
-                role,
-            )
-        )
-    header = ("coordinate", "kind", "at the ground", "from", "to", "what ends the range", "role")
-    if rows:
-        yield Grid(
-            "drives", f"How it can be driven, from where it starts ({drives.reason}).", header, rows
-        )
 
 
 def _extremes(report: Findings) -> dict[str, Any]:
@@ -378,7 +348,7 @@ def _orders(report: Findings) -> dict[str, Any]:
 def bearings(sweep: Sweep) -> list[str]:
     """Return the joints between what stands still over a sweep and what moves."""
     mechanism = sweep.mechanism
-    ends = _links_of_joints(mechanism)
+    ends = {item.name: links_of(item) for item in mechanism.description.joints_and_loops}
     carrier = {joint.child: joint for joint in mechanism.description.joints}
 
     def stands(link: str) -> bool:
@@ -392,10 +362,3 @@ def bearings(sweep: Sweep) -> list[str]:
 
     known = {link: stands(link) for link in {link for pair in ends.values() for link in pair}}
     return [name for name in sweep.outputs if known[ends[name][0]] != known[ends[name][1]]]
-
-
-def _links_of_joints(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
-    """Return joints and loops with the two links that they connect."""
-    found = {joint.name: (joint.parent, joint.child) for joint in mechanism.description.joints}
-    loops = mechanism.description.loops
-    return found | {loop.name: (loop.predecessor, loop.successor) for loop in loops}
