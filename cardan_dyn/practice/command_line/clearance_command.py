@@ -83,7 +83,7 @@ def run(directory: Path | None, as_json: bool, **options: Any) -> None:
         CardanError: options do not fit each other, or as `load`, `Scene` and `clearance.scan`.
         Interrupted: Ctrl-C while joints were simulated; all was printed and written up to there.
     """
-    given = {name: options.pop(name) for name in ("drive", "held", "loads", "gravity")}
+    given = {name: options.pop(name) for name in ("drive", "near", "held", "loads", "gravity")}
     scanned = scanned_by(given=given, **options)
     if as_json:
         print_json(plain(scanned))

@@ -287,6 +287,7 @@ def driveline(source: str | None, **given: Any) -> None:
     help="That has clearance in a universal joint, PIN+ or PIN-, or PIN for both; all if none.",
 )
 @options.drive
+@options.near
 @options.held
 @options.loads
 @options.gravity

@@ -32,6 +32,7 @@ from ...scene.usual_motion import (
     slides,
     usual_motion,
 )
+from ..report.extremes import with_extremes
 from ..report.findings import acting, sentence
 from .group import Interrupted, end_by
 from .quantities import by_coordinate, ends_of, of_scene, shown, value_of
@@ -186,8 +187,9 @@ def simulation_of(
         if not isinstance(error.trajectory, Trajectory):
             raise
         found, failure = error.trajectory, error
+    whole, unknown = with_extremes(found)
+    swept = whole.sweep
     if not outputs.printed:
-        swept = found.sweep
         say(
             f"{mechanism.name}: {', '.join(scene.free)} free{why}; "
             f"{found.time[-1]:.6g} s by {found.method}"
@@ -199,13 +201,16 @@ def simulation_of(
             say(f"energy balance: {found.energy_residual:.1e} of what moves")
         for note in found.notes:
             say(note, "yellow")
-        _print_extremes(swept, found.time, "s", f"and at which of {len(found.time)} times [s]")
+        steps = f"and when [s], between its {len(found.time)} steps as well"
+        _print_extremes(swept, whole.time, "s", steps)
+        if unknown:
+            say(sentence(unknown), "yellow")
     outputs.write(found, joints)
     if failure is not None:
         raise failure
     if found.reason == INTERRUPTED:
         raise Interrupted(f"interrupted at {found.time[-1]:.6g} s of {duration:g} s")
-    end_by(exceeded(found.sweep))
+    end_by(exceeded(swept))
 
 
 def _free_scene(
@@ -369,7 +374,7 @@ def _greatest(
     star, sizes = MARK * (not determined(wrench, part)), np.abs(values)
     most = float(np.nanmax(sizes, initial=0.0))
     if most <= nothing:
-        return (np.nan if np.isnan(sizes).all() else 0.0), star, np.nan
+        return (np.nan if np.isnan(sizes).all() else 0.0), "", np.nan
     # The first that is as great but for rounding, among those that are known.
     worst = int(np.argmax(sizes >= most * (1.0 - NOTHING)))
     return float(values[worst]), f" {part}" * (part != quantity) + star, float(places[worst])

@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from contextlib import ExitStack
 
 _TABLES = ("mechanism", "parameters", "samples", "scene", "store", "sweep", "wanted")
-_SCENE = ("drive", "gravity", "held", "loads", "outputs")
+_SCENE = ("drive", "gravity", "held", "loads", "near", "outputs")
 _SWEEP = ("acceleration", "position", "response", "speed")
 _AXIS = ("count", "from", "to", "values")
 _SAMPLES = ("count", "indices", "method", "parameters", "seed")
@@ -187,9 +187,13 @@ def _function(told: Mapping[str, Any], file: Path) -> Sweeps:
 
     arguments: dict[str, Any] = {
         name: {key: number(f"{name}.{key}", value) for key, value in given[name].items()}
-        for name in ("held", "loads")
-        if mapping(f"scene.{name}", given.get(name))
+        for name in ("held", "loads", "near")
+        # `near` may be the name of a keyframe.
+        if not (name == "near" and isinstance(given.get(name), str))
+        and mapping(f"scene.{name}", given.get(name))
     }
+    if isinstance(given.get("near"), str):
+        arguments["near"] = given["near"]
     arguments |= {name: given[name] for name in ("drive", "outputs") if name in given}
     if "gravity" in given:
         arguments["gravity"] = axes = given["gravity"]

@@ -48,7 +48,7 @@ def rig_scene(
         free: free coordinates; all that have a spring in the description if empty.
         held: held joints and positions, as `quantities.positions` reads them.
         strict: refuse physically inconsistent inertias.
-        acting: loads and gravity, see `quantities.of_scene`.
+        acting: where loops are closed, loads and gravity, see `quantities.of_scene`.
 
     Raises:
         ArgumentError: nothing is free, or nothing turns.
@@ -78,6 +78,7 @@ def rig_scene(
         drive=drive,
         free=free,
         held={name: value for name, value in rest.items() if name not in (drive, *free)},
+        near=told["near"],
         loads=told["loads"],
         gravity=told["gravity"],
         elements=described_elements(mechanism),

@@ -22,6 +22,7 @@ from .names import complete_joint
 @options.repeated(
     "--free", "free", "JOINT", "Free coordinate, those with springs in the description without"
 )
+@options.near
 @options.held
 @options.loads
 @options.gravity

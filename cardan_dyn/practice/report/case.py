@@ -122,7 +122,7 @@ def case_of(
 
     if len(scene.drives) > 1:
         box = None if ways else motion.box
-        return Case(mechanism, solved(positions), tuple(remarks), box, ways or {})
+        return Case(mechanism, solved(positions), tuple(remarks), box, ways=ways or {})
     try:
         sweep = solved(positions)
     except (AssemblyError, SingularConfigurationError, AccuracyError) as error:

@@ -210,6 +210,13 @@ def extremes(
     return Extremes(tuple(rows), known_search, covered, unknown, rounding.part)
 
 
+def with_extremes(trajectory: Trajectory) -> tuple[Trajectory, str]:
+    """Return a trajectory at its times and those of its extremes, and why these may be exceeded."""
+    found = extremes(trajectory.sweep, trajectory=trajectory)
+    places = [end[:, 0] for row in found.rows for end in (row.greatest_at, row.least_at)]
+    return trajectory.at(np.unique(np.concatenate([trajectory.time, *places]))), found.unknown
+
+
 def counted(count: int, name: str = "sample") -> str:
     """Return how many there are of what has a name."""
     return f"{count} {name}{'s' * (count != 1)}"

@@ -35,6 +35,7 @@ _TURNS_OR_SLIDES = {
     "speed": ("rad/s", "m/s"),
     "acceleration": ("rad/s²", "m/s²"),
     "held": ("rad", "m"),
+    "near": ("rad", "m"),
     "loads": ("N·m", "N"),
 }
 _UNITS = {**_TURNS_OR_SLIDES, "time": ("s",), "inertia": ("1",), "gravity": ("m/s²",)}
@@ -142,7 +143,8 @@ class Sweeps(Frozen):
         Raises:
             ArgumentError: there is one.
         """
-        for name in self.swept(list(units)):
+        of_start = [name for name in units if name.startswith("near.")]
+        for name in [*self.swept(list(units)), *of_start]:
             taken = self._units_of(name)
             if units[name] and plain(units[name]) not in map(plain, taken):
                 raise ArgumentError(

@@ -247,3 +247,30 @@ def test_the_table_of_results_marks_what_statics_leaves_open(tmp_path: Path) -> 
     assert result.exit_code == 0, result.output
     assert "open [N] *" in result.output and "known [N] *" not in result.output
     assert "* not determined by statics, chosen by least norm" in result.output
+
+
+def test_a_study_of_another_assembly(tmp_path: Path) -> None:
+    file = tmp_path / "study.toml"
+    text = (
+        f'mechanism = "four_bar"\nstore = "{tmp_path / "study.zarr"}"\n[scene]\n'
+        'drive = "crank_bearing"\nloads = { rocker_bearing = "-5 N·m" }\n'
+        'near = { crank_pin = "-74 deg", rocker_bearing = "147 deg" }\n'
+        '[wanted]\nshear = "rocker_pin.shear"\n'
+        '[parameters]\nposition = { values = ["10 deg", "20 deg"] }\n'
+    )
+    file.write_text(text, encoding="utf-8")
+    result = invoke(file, "--workers", "1")
+    assert result.exit_code == 0, result.output
+    scene = cd.Scene(
+        cd.load("four_bar"),
+        drive="crank_bearing",
+        near={"crank_pin": -1.29, "rocker_bearing": 2.57},
+        loads={"rocker_bearing": -5.0},
+    )
+    greatest = scene.sweep(np.radians([10.0, 20.0]))["rocker_pin"].shear.max()
+    assert f"{greatest:.6g}" in result.output
+    file.write_text(text.replace("-74 deg", "-1.29 N"), encoding="utf-8")
+    refused = invoke(file, "--workers", "1")
+    assert refused.exit_code == 2 and "near.crank_pin is in N" in refused.output
+    file.write_text(text.replace('{ crank_pin = "-74 deg", rocker_bearing = "147 deg" }', '"home"'))
+    assert "home" in invoke(file, "--workers", "1").output
