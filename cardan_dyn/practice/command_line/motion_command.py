@@ -316,6 +316,12 @@ def _print_extremes(swept: Sweep, places: Array, unit: str, said: str) -> None:
         nothing = NOTHING * scale[QUANTITIES[quantity]]
         found = [_greatest(wrench, quantity, nothing, places) for wrench in swept.values()]
         sizes, marks, at = zip(*found, strict=True)
+        # A zero that was chosen is told below, once.
+        silent = swept.left_open.silent
+        marks = tuple(
+            mark if size or joint in silent else ""
+            for joint, size, mark in zip(swept, sizes, marks, strict=True)
+        )
         texts, shown_unit = column(sizes, QUANTITIES[quantity])
         columns.append([text + mark for text, mark in zip(texts, marks, strict=True)])
         headings.append(f"{quantity}\n{shown_unit}")
@@ -374,7 +380,7 @@ def _greatest(
     star, sizes = MARK * (not determined(wrench, part)), np.abs(values)
     most = float(np.nanmax(sizes, initial=0.0))
     if most <= nothing:
-        return (np.nan if np.isnan(sizes).all() else 0.0), "", np.nan
+        return (np.nan if np.isnan(sizes).all() else 0.0), star, np.nan
     # The first that is as great but for rounding, among those that are known.
     worst = int(np.argmax(sizes >= most * (1.0 - NOTHING)))
     return float(values[worst]), f" {part}" * (part != quantity) + star, float(places[worst])

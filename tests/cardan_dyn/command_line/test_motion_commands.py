@@ -56,16 +56,18 @@ def test_a_star_stands_at_what_statics_leaves_open_and_nowhere_else(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("COLUMNS", "200")
-    found = run("sweep", "universal_joint", "--samples", 5)
+    told = "Not determined by statics, chosen by least norm: bearing_in, pin_in, joint_angle, "
+    # Fixed bearings of both shafts leave the forces open, and the moments not.
+    pushed = ("--load", "shaft_out=50 0 0", "--load", "bearing_out=-100")
+    found = run("sweep", "universal_joint", "--samples", 5, *pushed)
     assert found.exit_code == 0, found.output
     (line,) = (line for line in found.output.splitlines() if line.startswith("bearing_out"))
-    # Fixed bearings of both shafts leave the forces open, and the moments not.
     assert line.count("*") == 1
-    assert re.match(r"bearing_out +[\d.]+ \* ", line)
-    assert (
-        "* Not determined by statics, chosen by least norm: bearing_in, pin_in, joint_angle, "
-        in found.output
-    )
+    assert re.match(r"bearing_out +30\.00 \* ", line)
+    assert f"* {told}" in found.output
+    # Forces that are chosen to be zero are told once.
+    found = run("sweep", "universal_joint", "--samples", 5)
+    assert "*" not in found.output and told in found.output
 
 
 def test_units_of_every_value(tmp_path: Path) -> None:
