@@ -32,10 +32,10 @@ from ..kit.errors import (
 from ..kit.frozen import frozen, read_only
 from ..motion.simulation.continuity import States
 from ..motion.simulation.prescribed_motion import begun_at, prescribed_motion
-from ..motion.simulation.runs import Rows, Run
+from ..motion.simulation.runs import Run
 from ..motion.simulation.setup import forces_of, with_all_loops
 from ..motion.simulation.simulate import simulated
-from ..motion.simulation.system import Motion
+from ..motion.simulation.system import Motion, Rows
 from ..motion.simulation.trajectory import Trajectory
 from .task_in_time import drive_motions, row_states
 from .task_motion import TaskMotion
@@ -204,9 +204,8 @@ class _OfMachine:
     def rows(self, times: Array, drives: States | None = None) -> Rows:
         """See `Run.rows`."""
         rows = self._run.rows(times)
-        exist = None if rows.exist is None else rows.exist[:, self.rates]
         x, turns = rows.x[:, self.columns], rows.turns[:, self.columns]
-        return Rows(x, turns, rows.v[:, self.rates], rows.a[:, self.rates], exist)
+        return Rows(x, turns, *(part[:, self.rates] for part in (rows.v, rows.a, rows.exist)))
 
     def given(self, times: Array) -> States:
         """Return how rows of the tasks move at times `(N,)`."""

@@ -19,11 +19,6 @@ from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ...kit.differences import displacements, slopes
 from ...kit.errors import SingularConfigurationError
 
-MOST_STEPS = 8
-"""Greatest number of Newton steps that close loops."""
-_REFINED = 3
-"""Times that forces are corrected by what their accelerations still lack."""
-
 
 class Curve(NamedTuple):
     """What a coupling adds to its linear row.
@@ -192,12 +187,14 @@ class ClosedDirections:
         left, values, _ = np.linalg.svd(rows @ inverse.T, full_matrices=False)
         rank = min(self._rank, rank_of(values))
         left, values = left[:, :rank], values[:rank]
-        forces = np.zeros(len(rows))
-        for _ in range(_REFINED):
-            gained = inverse.T @ (inverse @ (pushing + rows.T @ forces))
-            forces += left @ ((left.T @ (gains - rows @ gained)) / values**2)
-        a[free] = inverse.T @ (inverse @ (pushing + rows.T @ forces))
-        return a
+        forces, lacks, lacked = np.zeros(len(rows)), np.inf, np.inf
+        while True:
+            a[free] = inverse.T @ (inverse @ (pushing + rows.T @ forces))
+            missing = left.T @ (gains - rows @ a[free])
+            lacked, lacks = lacks, float(np.max(np.abs(missing), initial=0.0))
+            if not lacks < 0.5 * lacked:
+                return a
+            forces += left @ (missing / values**2)
 
     def _asked(
         self, x: Array, v: Array, efforts: Array, prescribed: Array
@@ -228,7 +225,8 @@ class ClosedDirections:
         free = self.free
         if not (np.all(np.isfinite(x)) and np.all(np.isfinite(v)) and free.size):
             return x, v
-        for left_over in reversed(range(MOST_STEPS)):
+        last = widest = np.inf
+        while True:
             rows, (gaps, size) = self.jacobian(x), self.gaps(x)
             root = np.linalg.cholesky(self.metric(x))
             weighted = np.linalg.solve(root, rows[:, free].T).T
@@ -239,10 +237,12 @@ class ClosedDirections:
             missing = left[:, :rank].T @ gaps
             # What is rounding no step closes, and a weak equation would make a displacement of it.
             missing[np.abs(missing) <= 4.0 * EPS * size] = 0.0
-            if not (left_over and np.any(missing)):
+            # Far away, one step of Newton's method may open what the next one closes.
+            before, last, widest = last, widest, float(np.max(np.abs(missing), initial=0.0))
+            if not 0.0 < widest < before:
                 break
             x = self._moved(x, np.linalg.solve(root.T, right[:rank].T @ (missing / values[:rank])))
-        refuse_open(float(np.max(np.abs(missing), initial=0.0)) / size)
+        refuse_open(widest / size)
         opening = left[:, :rank].T @ (rows @ v)
         v = v.copy()
         v[free] -= np.linalg.solve(root.T, right[:rank].T @ (opening / values[:rank]))

@@ -31,7 +31,6 @@ from ...core.mechanism.welds import Loop
 from ...kit.arrays import EPS, ROUNDED, Array, consecutive
 from ...kit.errors import SingularConfigurationError
 from .closed_directions import (
-    MOST_STEPS,
     ClosedDirections,
     CouplingRows,
     Curve,
@@ -165,6 +164,9 @@ class Chain(NamedTuple):
 
 def chains_of(mechanism: Mechanism | WithBalls) -> list[Chain]:
     """Return the chains of a mechanism, small ones together."""
+    from scipy.sparse import coo_array  # Only simulations need it.
+    from scipy.sparse.csgraph import connected_components
+
     model = mechanism.model
     body_of = np.repeat(np.arange(model.njoints), list(model.nvs))
     ends = [[body, int(model.parents[body])] for body in range(1, model.njoints)]
@@ -173,8 +175,15 @@ def chains_of(mechanism: Mechanism | WithBalls) -> list[Chain]:
         body_of[[*item.predecessor_columns, *item.successor_columns]].tolist()
         for item in mechanism.couplings
     ]
+    pairs = [(one, other) for one, *rest in (*ends, *coupled) for other in rest if one and other]
+    graph = np.array(pairs, dtype=int).reshape(-1, 2).T
+    shape = model.njoints, model.njoints
+    _, parts = connected_components(coo_array((np.ones(len(pairs)), graph), shape), directed=False)
+    chains: dict[int, list[int]] = {}
+    for body, part in enumerate(parts[1:].tolist(), start=1):
+        chains.setdefault(part, []).append(body)
     bundles: list[list[int]] = []
-    for bodies in _connected(model.njoints, [*ends, *coupled]):
+    for bodies in chains.values():
         if bundles and _size(mechanism, [*bundles[-1], *bodies]) <= _TOGETHER:
             bundles[-1] += bodies
         else:
@@ -187,25 +196,6 @@ def chains_of(mechanism: Mechanism | WithBalls) -> list[Chain]:
         )
         for bodies in bundles
     ]
-
-
-def _connected(count: int, connections: list[list[int]]) -> list[list[int]]:
-    """Return which of the numbers from 1 on are connected, 0 connecting nothing."""
-    first = list(range(count))
-
-    def root(number: int) -> int:
-        while first[number] != number:
-            number = first[number]
-        return number
-
-    for numbers in connections:
-        roots = sorted({root(number) for number in numbers if number})
-        for other in roots[1:]:
-            first[other] = roots[0]
-    members: dict[int, list[int]] = {}
-    for number in range(1, count):
-        members.setdefault(root(number), []).append(number)
-    return list(members.values())
 
 
 def _size(mechanism: Mechanism | WithBalls, bodies: list[int]) -> int:
@@ -466,8 +456,8 @@ class ConstrainedChain:
         """
         if self._is_open:
             return x, v
-        is_near = False
-        for _ in range(MOST_STEPS):
+        is_near, before, last = False, np.inf, np.inf
+        while True:
             found = self._main.closer(x, v) if self._main is not None else None
             if found is None and (other := self._other(x)) is not None:
                 found = other.closer(x, v, at_last=True)
@@ -480,10 +470,10 @@ class ConstrainedChain:
             nearer, rates, error = found
             if is_near or error < 2.0 * EPS:
                 return x, rates
+            if not error < before:
+                refuse_open(error)
             # The error of a step of Newton's method is the square of what it closes.
-            x, is_near = nearer, error <= np.sqrt(EPS)
-        refuse_open(error)
-        return x, rates
+            x, is_near, before, last = nearer, error <= np.sqrt(EPS), last, error
 
     def _closed_by_rank(
         self, x: Array, v: Array, *, strong_alone: bool = False

@@ -13,19 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kit.arrays import EPS, Array
+from ...kit.arrays import EPS, NOTHING, Array
 
 _SHARE = 0.5
 """Fraction of the difference of two rules by which states of a step method may be off: their steps
 are as long as their tolerance allows, and forces that change at once are felt by every rule."""
 _LEAST_SIZE = 1e-3
 """Least way of a coordinate, as a fraction of the greatest, that its errors are relative to."""
-_MOST_HALVINGS = 30
-"""How often times are halved: states that are still off then jump."""
-_GAIN = 7.0
-"""Halvings of a misfit, as a rule, by one of the time between states..."""
-_HALVINGS_AT_ONCE = 3
-"""...of which so many are done together where it is that great."""
 _MOST_ADDED = 20_000
 """States that are looked at in all, beside the given ones."""
 _NEAR, _FAR = 2, 4
@@ -46,11 +40,6 @@ class States(NamedTuple):
     def at(self, chosen: Array) -> States:
         """Return some of them."""
         return States(*(values[chosen] for values in self))
-
-    def joined(self, more: States, order: Array) -> States:
-        """Return these and more, in an order."""
-        pairs = zip(self, more, strict=True)
-        return States(*(np.concatenate(pair)[order] for pair in pairs))
 
 
 class Misfit(NamedTuple):
@@ -107,7 +96,8 @@ class Continuity:
         asked = start[0], start[1] * unit
         begun = [(states.x[0] - asked[0]) / self._sizes, (states.v[0] - asked[1]) / self._rates]
         self.worst = Misfit(_greatest(*begun), 0.0)
-        self._least = float(np.max(np.diff(times), initial=0.0)) * 2.0**-_MOST_HALVINGS
+        # States that are still off so close to each other jump.
+        self._least = NOTHING * float(np.max(np.diff(times), initial=0.0))
         if self.worst.size <= tolerance:
             times, states, self.worst = self._followed(times, states)
         self._known = times, states
@@ -122,39 +112,47 @@ class Continuity:
         """Return times and states that are close enough to each other, and their worst misfit."""
         while True:
             misfits = self._between(times, states)
-            worst = int(np.argmax(misfits)) if misfits.size else -1
-            found = Misfit(float(misfits[worst]), float(times[worst + 1])) if misfits.size else None
-            off = np.nonzero(misfits > self.tolerance)[0]
-            widths = np.diff(times)[off]
-            with np.errstate(over="ignore"):
-                halvings = np.ceil(np.log2(misfits[off] / self.tolerance) / _GAIN)
-            parts = 2 ** np.minimum(halvings, _HALVINGS_AT_ONCE).astype(int)
-            more = parts - 1
-            self._added += int(np.sum(more))
-            if not off.size or np.min(widths) <= self._least or self._added > _MOST_ADDED:
-                return times, states, found or Misfit(0.0, 0.0)
-            part = np.arange(1, 1 + np.sum(more)) - np.repeat(np.cumsum(more) - more, more)
-            middles = np.repeat(times[off], more) + np.repeat(widths / parts, more) * part
-            order = np.argsort(np.concatenate([times, middles]), kind="stable")
-            times = np.concatenate([times, middles])[order]
-            states = states.joined(self._look(middles), order)
+            off = np.flatnonzero(misfits > self.tolerance) - 1
+            if not off.size or not self._can_halve(times, off):
+                worst = int(np.argmax(misfits))
+                return times, states, Misfit(float(misfits[worst]), float(times[worst]))
+            times, states = self._halved(times, states, off)
+
+    def _can_halve(self, times: Array, index: Array) -> bool:
+        """Return whether more states may be looked at behind some times."""
+        widths = times[index + 1] - times[index]
+        return bool(np.min(widths) > self._least) and self._added <= _MOST_ADDED
+
+    def _halved(self, times: Array, states: States, index: Array) -> tuple[Array, States]:
+        """Return times and states with those in the middle behind some times."""
+        middles = times[index] + 0.5 * (times[index + 1] - times[index])
+        self._added += len(middles)
+        pairs = zip(states, self._look(middles), strict=True)
+        joined = (np.insert(known, index + 1, more, axis=0) for known, more in pairs)
+        return np.insert(times, index + 1, middles), States(*joined)
 
     def _between(self, times: Array, states: States) -> Array:
-        """Return `(N - 1,)` by how much ways are not the integrals of speeds."""
+        """Return `(N,)` by how much ways to states are not the integrals of speeds; 0 first."""
         if len(times) < _NEAR:
-            return np.zeros(0)
-        steps = np.diff(times)[:, None]
-        way = np.diff(states.x, axis=0)
-        near = 0.5 * steps * (states.v[:-1] + states.v[1:])
-        near -= steps**2 / 12.0 * np.diff(states.a, axis=0)
-        far = _integrals(times, states)
-        off = np.fmin(np.abs(way - near), np.abs(way - far))
+            return np.zeros(len(times))
+        way, steps = np.diff(states.x, axis=0), np.diff(times)
+        off = self._off(*(way - _integrals(times, states, size) for size in (_NEAR, _FAR)))
         off -= self._rounding(times[1:], states.at(np.arange(1, len(times))))
-        if not self._is_exact:
-            off -= _SHARE * np.nan_to_num(np.abs(near - far))
         # Of halves less is allowed, or any speed would do if they were small enough.
         wide = np.diff(self._asked)[np.searchsorted(self._asked, times[:-1], side="right") - 1]
-        return _worst_of_rows(np.maximum(off, 0.0) / self._sizes) * (wide / steps[:, 0])
+        worst = _worst_of_rows(np.maximum(off, 0.0) / self._sizes) * (wide / steps)
+        return np.append(0.0, worst)
+
+    def _off(self, *rules: Array) -> Array:
+        """Return by how much states are off what all rules say.
+
+        States of a step method between its steps have errors that narrower rules magnify: what
+        rules differ by is not counted.
+        """
+        off = np.fmin.reduce([np.abs(rule) for rule in rules])
+        if not self._is_exact:
+            off = off - _SHARE * np.nan_to_num(np.abs(rules[0] - rules[-1]))
+        return np.maximum(off, 0.0)
 
     def _rounding(self, times: Array, states: States) -> Array:
         """Return what rounding of positions and times `(N,)` leaves open of positions `(N, m)`."""
@@ -192,33 +190,19 @@ class Continuity:
 
     def _from_neighbours(self, times: Array, states: States, rounding: Array) -> Array:
         """Return `(N,)` how far states are off what the ones before and after them say."""
-        misfits = _worst_of_rows(*self._differences(times, states, _NEAR)) - rounding
-        bad = np.nonzero(misfits > self.tolerance)[0]
-        for _ in range(_MOST_HALVINGS):
-            if not bad.size:
-                break
-            off = self._off_both(times[bad], states.at(bad)) - rounding[bad]
-            misfits[bad] = np.minimum(misfits[bad], off)
+
+        def off(chosen: Array, sizes: tuple[int, ...]) -> Array:
+            some = times[chosen], states.at(chosen)
+            rules = zip(*(self._differences(*some, size) for size in sizes), strict=True)
+            return _worst_of_rows(*(self._off(*rule) for rule in rules)) - rounding[chosen]
+
+        misfits = off(np.arange(len(times)), (_NEAR,))
+        while (bad := np.flatnonzero(misfits > self.tolerance)).size:
+            misfits[bad] = np.minimum(misfits[bad], off(bad, (_NEAR, _FAR)))
             bad = bad[misfits[bad] > self.tolerance]
             if not bad.size or not self._is_narrowed(times[bad]):
                 break
         return np.maximum(misfits, 0.0)
-
-    def _off_both(self, times: Array, states: States) -> Array:
-        """Return `(N,)` how far states are off what fewer and more neighbours say.
-
-        States of a step method between its steps have errors that narrower rules magnify: what
-        the rules differ by is not counted, as in `_between`.
-        """
-        far = self._differences(times, states, _FAR)
-        if self._is_exact:
-            return _worst_of_rows(*far)
-        near = self._differences(times, states, _NEAR)
-        off = [
-            np.fmin(np.abs(one), np.abs(two)) - _SHARE * np.nan_to_num(np.abs(one - two))
-            for one, two in zip(near, far, strict=True)
-        ]
-        return _worst_of_rows(*(np.maximum(item, 0.0) for item in off))
 
     def _differences(self, times: Array, states: States, size: int) -> tuple[Array, ...]:
         """Return relative differences `(N, m)` from what neighbours say.
@@ -231,8 +215,8 @@ class Continuity:
         index = np.searchsorted(known[0], times, side="right") - size // 2
         nodes, (x, v, a) = known
         first = np.clip(index, 0, len(nodes) - size)
-        x, slope = _hermite(nodes, (x, v, 0.5 * a), first, size, times)
-        v, _ = _hermite(nodes, (v, a), first, size, times)
+        ((x,), (slope,)) = _hermite(nodes, (x, v, 0.5 * a), first, size, times[:, None])
+        ((v,), _) = _hermite(nodes, (v, a), first, size, times[:, None])
         # What positions may be off makes any slope where they are close together.
         gaps = np.diff(nodes)[np.clip(index + size // 2 - 1, 0, len(nodes) - 2)]
         may = (self.tolerance * self._least_way + self._rounding(times, states)) / gaps[:, None]
@@ -246,18 +230,12 @@ class Continuity:
         known, states = self._known
         index = np.searchsorted(known, times, side="right") - 1
         index = np.unique(np.clip(index, 0, len(known) - _NEAR))
-        widths = known[index + 1] - known[index]
-        if np.min(widths) <= self._least or self._added > _MOST_ADDED:
+        if not self._can_halve(known, index):
             return False
-        middles = known[index] + 0.5 * widths
-        self._added += len(middles)
-        order = np.argsort(np.concatenate([known, middles]), kind="stable")
-        joined = np.concatenate([known, middles])[order]
-        more = states.joined(self._look(middles), order)
-        joined, more, worst = self._followed(joined, more)
+        known, states, worst = self._followed(*self._halved(known, states, index))
         if worst.size > self.tolerance:
             return False
-        self._known = joined, more
+        self._known = known, states
         return True
 
 
@@ -281,41 +259,24 @@ def _sizes(values: Array) -> Array:
     return np.asarray(np.maximum(sizes, _LEAST_SIZE * greatest if greatest > 0.0 else 1.0))
 
 
-def _integrals(times: Array, states: States) -> Array:
-    """Return the integrals `(N - 1, m)` of speeds between times, each by its neighbours as well."""
-    count = len(times)
-    size = min(_FAR, count)
-    first = np.clip(np.arange(count - 1) - (size // 2 - 1), 0, count - size)
-    chosen = first[:, None] + np.arange(size)
-    spans = times[chosen[:, -1]] - times[chosen[:, 0]]
-    places = (times[chosen] - times[:-1, None]) / spans[:, None]
-    powers = np.arange(2 * size)
-    moments = _powers(np.diff(times) / spans, 2 * size + 1)[:, 1:] / (powers + 1)
-    of_values = _powers(places, 2 * size)
-    of_slopes = np.zeros_like(of_values)
-    of_slopes[:, 1:] = powers[1:, None] * of_values[:, :-1]
-    system = np.concatenate([of_values, of_slopes], axis=2)
-    try:
-        weights = np.linalg.solve(system, moments[:, :, None])[:, :, 0]
-    except np.linalg.LinAlgError:
-        return np.full((count - 1, states.x.shape[1]), np.nan)
-    whole = np.einsum("nk,nkm->nm", weights[:, :size], states.v[chosen])
-    whole += spans[:, None] * np.einsum("nk,nkm->nm", weights[:, size:], states.a[chosen])
-    return np.asarray(spans[:, None] * whole)
-
-
-def _powers(values: Array, count: int) -> Array:
-    """Return the powers 0, 1, … of values `(N, …)` as `(N, count, …)`."""
-    result = np.repeat(values[:, None], count, axis=1)
-    result[:, 0] = 1.0
-    # Products take a tenth of the time of powers.
-    return np.multiply.accumulate(result, axis=1)
+def _integrals(times: Array, states: States, size: int) -> Array:
+    """Return the integrals `(N - 1, m)` of speeds between times, by so many of their neighbours."""
+    size = min(size, len(times))
+    index = np.arange(len(times) - 1)
+    first = np.clip(index - (size // 2 - 1), 0, len(times) - size)
+    # As many nodes of Gauss integrate Hermite's polynomials exactly.
+    nodes, weights = np.polynomial.legendre.leggauss(size)
+    half = 0.5 * np.diff(times)[:, None]
+    values, _ = _hermite(
+        times, (states.v, states.a), first, size, times[:-1, None] + half * (1.0 + nodes)
+    )
+    return np.asarray(half * np.einsum("k,knm->nm", weights, values))
 
 
 def _hermite(
     times: Array, terms: tuple[Array, ...], first: Array, size: int, wanted: Array
 ) -> tuple[Array, Array]:
-    """Return values and slopes `(N, m)` at wanted times, by Hermite's interpolation.
+    """Return values and slopes `(k, N, m)` at wanted times, by Hermite's interpolation.
 
     Newton's form, whose divided differences count each of the times once for each term.
 
@@ -324,10 +285,10 @@ def _hermite(
         terms: of Taylor's series there, the values first, each `(K, m)`.
         first: index of the first of the times that are used `(N,)`.
         size: their number.
-        wanted: times `(N,)`.
+        wanted: times `(N, k)`.
     """
     chosen, each = first[:, None] + np.arange(size), len(terms)
-    nodes = np.repeat((times[chosen] - wanted[:, None]).T, each, axis=0)[:, :, None]
+    nodes = np.repeat((times[chosen] - wanted[:, :1]).T, each, axis=0)[:, :, None]
     known = [np.repeat(term[chosen].swapaxes(0, 1), each, axis=0) for term in terms]
     table, differences = known[0], [known[0][0]]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -338,8 +299,9 @@ def _hermite(
                 same = np.arange(len(gaps)) % each + order < each
                 table[same] = known[order][: len(gaps)][same]
             differences.append(table[0])
-    value, slope = np.zeros_like(differences[0]), np.zeros_like(differences[0])
+    places = (wanted - wanted[:, :1]).T[:, :, None]
+    value = slope = np.zeros((*places.shape[:2], differences[0].shape[1]))
     for difference, node in zip(reversed(differences), nodes[::-1], strict=True):
-        slope = value - slope * node
-        value = difference - value * node
+        slope = value + slope * (places - node)
+        value = difference + value * (places - node)
     return value, slope

@@ -24,9 +24,7 @@ Path = Callable[[float], Array]
 """Coordinates `(size,)` at a time."""
 
 _LOOKED_AT = 12
-"""Pieces of a step, and of as much as is looked ahead, at whose ends closures are looked at."""
-_AHEAD = 0.6
-"""How far is looked ahead, in steps."""
+"""Pieces of two steps, of which one is ahead, at whose ends closures are looked at."""
 _DIPS = 0.2
 """Weakness at a crossing, as a fraction of that at the ends of the search, at most."""
 
@@ -139,7 +137,7 @@ class Crossings:
         """
         # A crossing may be close to the start.
         parts = (np.arange(_LOOKED_AT + 1) / _LOOKED_AT) ** 2
-        times = start + (1.0 + _AHEAD) * (end - start) * parts
+        times = start + 2.0 * (end - start) * parts
         weakness = np.array([self._weakness(rows, time) for time in times.tolist()])
         least = int(np.argmin(weakness))
         if least in (0, _LOOKED_AT):

@@ -8,10 +8,6 @@ import numpy as np
 
 from ...kit.arrays import Array
 
-_NODES = 8
-"""Gauss nodes per step over which power is integrated: exact for polynomials of degree 15, while
-steps are interpolated by polynomials of degree 7."""
-
 
 def gained(power: Callable[[Array], Array], steps: Array, times: Array, is_nothing: bool) -> Array:
     """Return the work `(N,)` done between time 0 and some times.
@@ -27,7 +23,8 @@ def gained(power: Callable[[Array], Array], steps: Array, times: Array, is_nothi
     indices = np.clip(np.searchsorted(steps, times, side="right") - 1, 0, max(len(steps) - 2, 0))
     starts = np.concatenate([steps[:-1], steps[indices]])
     ends = np.concatenate([steps[1:], times])
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    # Exact for degree 15, while steps are interpolated by polynomials of degree 7.
+    nodes, weights = np.polynomial.legendre.leggauss(8)
     half = 0.5 * (ends - starts)
     is_long = half > 0.0  # Times that are ends of steps have nothing left.
     if not np.any(is_long):

@@ -14,10 +14,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from ...kit.arrays import EPS, Array
 from ...kit.periodic import Fourier
 from ...kit.roots import rising
+from .continuity import States
 from .energy_functions import EnergyFunctions, NotSuitableError
 
 _SCANNED = 1024
@@ -26,8 +28,6 @@ _PERIODS = 2
 """Periods of the drive within which a swing may end, on either side."""
 _NODES = 20
 """Chebyshev nodes of a panel."""
-_TAIL = 4
-"""Last coefficients of a panel, which tell whether it is resolved."""
 _MOST_PANELS = 4096
 _UNDECIDED = 0.1
 """Error of the kinetic energy where it is least, as a fraction of it, beyond which nothing can be
@@ -36,14 +36,6 @@ _UNDECIDED_NOTE = (
     "the energy is that of an unstable equilibrium but for rounding, which decides whether and "
     "when the mechanism passes it"
 )
-
-
-class Law(NamedTuple):
-    """Position, speed and acceleration of the drive at times, each `(N,)`."""
-
-    position: Array
-    speed: Array
-    acceleration: Array
 
 
 class _Anchor(NamedTuple):
@@ -314,15 +306,15 @@ class EnergyIntegral:
         stays = np.minimum(self._stays[:, None], times)
         return np.asarray(self._error * times + self._lost @ stays * (1.0 + times / self.period))
 
-    def at(self, times: Array) -> Law:
-        """Return the motion of the drive at times `(N,)` [s].
+    def at(self, times: Array) -> States:
+        """Return the motion of the drive at times `(N,)` [s], each `(N,)`.
 
         Raises:
             AccuracyError: a position was not found.
         """
         if not np.isfinite(self.period):
             rest = np.zeros_like(times)
-            return Law(rest + self._start, rest, rest)
+            return States(rest + self._start, rest, rest)
         # Backwards, the motion is the one forwards at times before the start.
         sign = -1.0 if self._speed < 0.0 else 1.0
         turns, left = np.divmod(self._elapsed.begun + sign * times, self.period)
@@ -337,7 +329,7 @@ class EnergyIntegral:
             push += self._force(position)[0]
         if not self.swings:
             position = position + self._turn * turns
-        return Law(position, speed, push / inertia)
+        return States(position, speed, push / inertia)
 
 
 class _Elapsed:
@@ -384,7 +376,10 @@ class _Elapsed:
         order = np.lexsort((self._sense[pieces] * low, pieces))
         self._pieces, self._low, self._high = pieces[order], low[order], high[order]
         self._series = series[order]
-        self._sums = _integrals(self._series) * (0.5 * (self._high - self._low))[:, None]
+        self._sums = (
+            chebyshev.chebint(self._series, lbnd=-1.0, axis=1)
+            * (0.5 * (self._high - self._low))[:, None]
+        )
         spent = np.sum(self._sums, axis=1)
         self._times = np.concatenate([[0.0], np.cumsum(spent)])
         self._spent, self.total = spent, float(self._times[-1])
@@ -408,9 +403,8 @@ class _Elapsed:
             error: of the functions, relative.
             splits: how many panels each piece is begun with.
         """
-        nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
-        to_series = np.cos(np.outer(np.arccos(nodes), np.arange(_NODES))) * (2.0 / _NODES)
-        to_series[:, 0] *= 0.5
+        nodes = chebyshev.chebpts1(_NODES)
+        to_series = np.linalg.inv(chebyshev.chebvander(nodes, _NODES - 1)).T
         pieces = np.repeat(np.arange(len(splits)), splits)
         places = np.concatenate([np.arange(count) for count in splits.tolist()])
         # As fractions of the reach, so that neighbours end at the same place.
@@ -423,7 +417,8 @@ class _Elapsed:
             paces = self._paces(np.repeat(pieces, _NODES), q.ravel()).reshape(q.shape)
             series = np.einsum("mj,jk->mk", paces, to_series)
             size = np.max(np.abs(series), axis=1)
-            tail = np.max(np.abs(series[:, -_TAIL:]), axis=1)
+            # The last fifth tells whether a panel is resolved.
+            tail = np.max(np.abs(series[:, -(_NODES // 5) :]), axis=1)
             width = high - low
             whole = spent + float(np.sum(width * series[:, 0]))
             # What adds less than rounding to the whole time needs no digits of its own.
@@ -464,7 +459,7 @@ class _Elapsed:
         index = int(inside[0] if inside.size else own[np.argmax(self._high[own])])
         low, high = self._low[index], self._high[index]
         place = np.clip((2.0 * q - low - high) / (high - low), -1.0, 1.0)
-        spent = float(self._sums[index] @ _chebyshev(np.array([place]), _NODES + 1)[:, 0])
+        spent = float(chebyshev.chebval(place, self._sums[index]))
         if self._sense[piece] < 0.0:
             spent = self._spent[index] - spent
         return float(self._times[index] + spent)
@@ -486,7 +481,7 @@ class _Elapsed:
 
         def missing(places: Array, chosen: Array) -> tuple[Array, Array]:
             own = both if len(chosen) == len(both) else both[chosen]
-            found = np.einsum("nck,kn->cn", own, _chebyshev(places, _NODES + 1))
+            found = np.einsum("nck,nk->cn", own, chebyshev.chebvander(places, _NODES))
             return found[0] - spent[chosen], found[1]
 
         ends = np.ones(len(times))
@@ -504,28 +499,8 @@ class _Elapsed:
             none=0.5 * EPS * self._times[panels + 1],
         )
         half = 0.5 * (self._high - self._low)[panels]
-        pace = np.einsum("nk,kn->n", self._series[panels], _chebyshev(places, _NODES))
+        pace = np.einsum("nk,nk->n", self._series[panels], chebyshev.chebvander(places, _NODES - 1))
         q = self._low[panels] + half * (1.0 + places)
         way, _, _, is_end = self._anchors[:, pieces]
         distances = np.where(is_end, q * q, q)
         return way + sense * distances, np.where(is_end, 2.0 * q, 1.0) / pace
-
-
-def _chebyshev(places: Array, count: int) -> Array:
-    """Return the Chebyshev polynomials `(count, N)` at places `(N,)` from -1 to 1."""
-    return np.asarray(
-        np.cos(np.outer(np.arange(count), np.arccos(np.minimum(np.maximum(places, -1.0), 1.0))))
-    )
-
-
-def _integrals(series: Array) -> Array:
-    """Return the integrals from -1 of Chebyshev series `(M, n)`, with a coefficient more."""
-    count = series.shape[1]
-    padded = np.concatenate([series, np.zeros((len(series), 2))], axis=1)
-    sums = np.zeros((len(series), count + 1))
-    orders = np.arange(1, count + 1)
-    before = padded[:, :count].copy()
-    before[:, 0] *= 2.0
-    sums[:, 1:] = (before - padded[:, 2:]) / (2.0 * orders)
-    sums[:, 0] = -(sums[:, 1:] @ (-1.0) ** orders)
-    return sums

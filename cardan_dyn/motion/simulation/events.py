@@ -13,7 +13,7 @@ from ...kit.arrays import EPS, ROUNDED, Array
 from ...kit.checks import described, flag, number
 from ...kit.errors import ArgumentError
 from ...kit.roots import zeros
-from .forces import Named, StateFunction, state_function
+from .forces import Named, number_at, state_function
 from .integration import Integration
 
 State = tuple[Named, Named]
@@ -26,10 +26,9 @@ _DEGREE = 8
 _NODES = np.polynomial.chebyshev.chebpts2(_DEGREE + 1)
 _SERIES = np.linalg.inv(np.polynomial.chebyshev.chebvander(_NODES, _DEGREE)).T
 """...through the values at Chebyshev's nodes, of whose series these are the coefficients."""
-_TAIL = 4
-"""Last coefficients of these, by whose sum the polynomial may be off..."""
 _FALLEN = 1e-2
-"""...where they have fallen to this part of all of them, which they do not beside a kink."""
+"""Part of all of them to which the second half has fallen where a polynomial is off by no more than
+its sum: beside a kink it has not."""
 _ORDERS = np.arange(_DEGREE + 1)
 _MOST_PARTS = 1024
 """Parts of a step that are looked at before the function is given up as faster than that, and those
@@ -77,41 +76,8 @@ class Happened(NamedTuple):
     time: float
 
 
-class Watched(NamedTuple):
-    """An event as it is watched.
-
-    Attributes:
-        name: of the event.
-        function: of time, positions and speeds.
-        terminal, direction: see `Event`.
-    """
-
-    name: str
-    function: StateFunction
-    terminal: bool
-    direction: int
-
-    def value(self, time: float, state: State) -> float:
-        """Return the value of the function at a time.
-
-        Raises:
-            ArgumentError: it is no finite number.
-        """
-        result = self.function(time, *state)
-        try:
-            value = float(result)
-        except (TypeError, ValueError):
-            value = np.nan
-        if not np.isfinite(value):
-            raise ArgumentError(
-                f"event {self.name!r} returned {described(result)} at time {time:g} s, expected a "
-                "finite number"
-            )
-        return value
-
-
-def watched(events: Any) -> list[Watched]:
-    """Return events as they are watched.
+def watched(events: Any) -> list[Event]:
+    """Return events as they are watched: checked, by name, of time, positions and speeds.
 
     Args:
         events: an `Event` or a function, or several; functions may have attributes `terminal` and
@@ -141,7 +107,7 @@ def watched(events: Any) -> list[Watched]:
             raise ArgumentError(f"{label}: direction {described(item.direction)}; it is -1, 0 or 1")
         name = item.name or getattr(item.function, "__name__", label)
         function = state_function(label, item.function)
-        result.append(Watched(name, function, flag("terminal", item.terminal), item.direction))
+        result.append(Event(function, flag("terminal", item.terminal), item.direction, name))
     return result
 
 
@@ -172,7 +138,7 @@ class EventSearch:
         notes: of events that change faster than they were followed, or are constant between.
     """
 
-    def __init__(self, events: list[Watched], reading: Reading) -> None:
+    def __init__(self, events: list[Event], reading: Reading) -> None:
         """Begin at time 0.
 
         Args:
@@ -198,7 +164,7 @@ class EventSearch:
                 known.update(zip(new, reading(new), strict=True))
             return [known[time] for time in times]
 
-        found: list[tuple[float, Watched]] = []
+        found: list[tuple[float, Event]] = []
         for track in self._tracks:
             was_lost, was_constant = track.is_lost, track.is_constant
             found += [(time, track.event) for time in track.passes(start, end, states)]
@@ -252,14 +218,15 @@ class _Track:
         is_constant: whether it was constant where what it reads moved.
     """
 
-    def __init__(self, event: Watched, start: State) -> None:
+    def __init__(self, event: Event, start: State) -> None:
         self.event, self.parts, self.is_lost, self.is_constant = event, 1, False, False
         self._ranges: tuple[dict[str, tuple[float, float]], ...] = {}, {}
         self._last, self._is_first = self._value(0.0, start), True
 
     def _value(self, time: float, state: State) -> float:
         position, speed = map(_Read, state, self._ranges)
-        return self.event.value(time, (position, speed))
+        returned = self.event.function(time, position, speed)
+        return number_at(f"event {self.event.name!r}", returned, time)
 
     def passes(self, start: float, end: float, states: Reading) -> list[float]:
         """Return when the function passes through zero within a step [s]."""
@@ -378,7 +345,7 @@ def _settled(times: Array, values: Array, rounding: float, shortest: float) -> t
     series = values @ _SERIES
     sizes, lengths = np.abs(series), times[:, -1] - times[:, 0]
     slopes = 2.0 * (sizes @ _ORDERS) / lengths
-    off, noise = np.sum(sizes[:, -_TAIL:], axis=1), rounding + shortest * slopes
+    off, noise = np.sum(sizes[:, -(_DEGREE // 2) :], axis=1), rounding + shortest * slopes
     varies = np.sum(sizes[:, 1:], axis=1)
     is_clear = sizes[:, 0] > varies + off
     is_known = is_clear | (lengths <= shortest)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -245,7 +246,7 @@ class Forces:
     def _joint_values(self, time: float, x: Array, v: Array) -> list[float]:
         position, speed = self.names.positions(x), self.names.speeds(v)
         return [
-            _number(f"loads[{name!r}]", function(time, position, speed), time)
+            number_at(f"loads[{name!r}]", function(time, position, speed), time)
             for name, _, function in self._joint_functions
         ]
 
@@ -329,16 +330,20 @@ class Forces:
         return joints, links
 
 
-def _number(label: str, value: object, time: float) -> float:
-    """Return what a function of a load returned."""
+def number_at(label: str, value: object, time: float) -> float:
+    """Return what a user's function returned at a time [s].
+
+    Raises:
+        ArgumentError: it is no finite number.
+    """
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
         raise ArgumentError(
             f"{label} returned {described(value)} at time {time:g} s, expected a number"
-        ) from None
-    if not np.isfinite(number):
-        raise ArgumentError(f"{label} returned {number} at time {time:g} s")
+        )
     return number
 
 

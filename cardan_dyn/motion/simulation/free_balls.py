@@ -18,7 +18,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Collection, Iterable
-from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -29,23 +28,10 @@ from ...core.mechanism.joints import Joint, Part
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import EPS, NOTHING, ROUNDED, Array, quaternion_product
 
-_PIECES = 4
-"""Straight pieces by which a part's way within an interval is followed."""
-_CURVED = 1.0 / 50.0
-"""Greatest distance of these from the way, as a fraction of its length times half of the rotation
-[rad]: an eighth by the pieces' number, and twice that where both change."""
 _SHORT = 0.6
 """Half of a rotation [rad] within which a cubic follows a part."""
 _CUBIC_ERROR = 1.0 / 40.0
 """Error of the cubic over the fourth power of half of the rotation: ten times that of a circle."""
-_CUBICS = np.array(
-    [
-        [1 - 3 * s**2 + 2 * s**3, s - 2 * s**2 + s**3, 3 * s**2 - 2 * s**3, s**3 - s**2]
-        for s in np.linspace(0.0, 1.0, _PIECES + 1)
-    ]
-)
-"""Values at equal distances of the cubic with given values and slopes at the ends."""
-
 
 State: TypeAlias = tuple[Array, Array]
 """Coordinates and velocities that are integrated."""
@@ -148,7 +134,8 @@ class FreeBall(NamedTuple):
     def _turned(self, near: Array, states: tuple[State, State], span: float) -> Array | None:
         """Return what `followed` does, from the ends of an interval alone; None if they leave it.
 
-        Cubics follow both parts of the quaternion.
+        Both parts of the quaternion go round zero as their chords do, unless these come so near to
+        it that the parts may pass on the other side.
         """
         x, y, z = near.tolist()
         phases, half = [0.5 * (x + z), 0.5 * (x - z)], 0.5 * (y + self.lead)
@@ -157,17 +144,16 @@ class FreeBall(NamedTuple):
         if turned > _SHORT:
             return None
         turns = [row[self.ball : self.ball + 4] for row, _ in states]
-        before, after = (np.array(self.parts_of(turn)) for turn in turns)
-        rise, fall = (
-            span * np.array(self.parts_of(_spun(*pair))) for pair in zip(turns, spins, strict=True)
-        )
-        for index, way in enumerate((_CUBICS @ [before, rise, after, fall]).T.tolist()):
-            if not _is_clear(way, turned, _CUBIC_ERROR * turned**4):
+        before, after = map(self.parts_of, turns)
+        slopes = (self.parts_of(span * _spun(*pair)) for pair in zip(turns, spins, strict=True))
+        for index, (one, other, *both) in enumerate(zip(before, after, *slopes, strict=True)):
+            # So far a cubic with these slopes may be from the chord.
+            off = 4.0 / 27.0 * sum(abs(slope - (other - one)) for slope in both)
+            rests = max(map(abs, (one, other, *both))) <= NOTHING
+            if not rests and _distance(one, other) <= off + _CUBIC_ERROR * turned**4:
                 return None
-            for one, other in pairwise(way):
-                phases[index] = _next_phase(phases[index], one, other)
-        first, second = after.tolist()
-        return self._angles((first, second), (phases[0], phases[1]), half)
+            phases[index] = _next_phase(phases[index], one, other)
+        return self._angles(after, (phases[0], phases[1]), half)
 
     def rates(self, angles: Array, spin: Array, gain: Array) -> tuple[Array, Array, bool]:
         """Return rates and accelerations of the angles, `(3,)` each, and whether they exist.
@@ -261,21 +247,6 @@ def _next_phase(phase: float, before: complex, after: complex) -> float:
     if abs(before) <= NOTHING or abs(after) <= NOTHING:
         return _nearest_phase(after, phase)
     return _nearest_phase(after, phase + cmath.phase(after / before))
-
-
-def _is_clear(way: list[complex], turned: float, error: float) -> bool:
-    """Return whether a part surely went round zero as straight pieces do, or stayed in it.
-
-    Args:
-        way: of the part, at equal distances of time.
-        turned: half of the rotation meanwhile [rad].
-        error: of the way.
-    """
-    if all(abs(part) <= NOTHING for part in way):
-        return True
-    length = sum(abs(other - one) for one, other in pairwise(way))
-    least = min(_distance(one, other) for one, other in pairwise(way))
-    return least > _CURVED * length * turned + error
 
 
 def _distance(one: complex, other: complex) -> float:

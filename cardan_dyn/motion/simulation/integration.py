@@ -18,10 +18,8 @@ from .stiffness import jacobian
 
 FINEST = 2.5e-14
 """Least relative tolerance: below, steps cannot be judged in rounding arithmetic."""
-_FREE_OF_STAGES = {"DOP853": 7.0 / 15.0, "Radau": 0.4}
-"""Middle of the longest part of a step in which the method has no stage."""
-_WITHIN = 0.07
-"""How far from there, as a fraction of the step, what has no stage near may be."""
+_FREE_OF_STAGES = {"DOP853": (1.0 / 3.0, 0.6), "Radau": (0.155, 0.645)}
+"""Longest part of a step in which the method has no stage, as fractions of it."""
 _SHORTEST = 0.2
 """Shortest step over a crossing, in those around it: a shorter one has its stages so near that
 their rounding is taken for its error."""
@@ -320,11 +318,13 @@ class Integration:
         else:
             return step
         self._ahead = None
-        lead = _FREE_OF_STAGES[self.method]
+        before, after = _FREE_OF_STAGES[self.method]
+        # Crossings are led to the middle, but for half of the way to a stage.
+        lead, within = 0.5 * (before + after), 0.25 * (after - before)
         for _ in range(_MOST_PLACED):
             if crossing is None or crossing <= start:
                 break
-            crosses = (crossing - start) / lead <= length * (1.0 + _WITHIN)
+            crosses = (crossing - start) / lead <= length * (1.0 + within)
             if crosses:
                 length = (crossing - start) / lead
             end = start + length if crosses else crossing - lead * length
@@ -346,7 +346,7 @@ class Integration:
             crossing = crossings.time(placed.dense, start, placed.end)
             if crossing is None or not crossings.is_one(placed.dense(crossing)):
                 break
-            if abs(crossing - start - lead * length) <= _WITHIN * length:
+            if abs(crossing - start - lead * length) <= within * length:
                 self._stepper = self._begun(length) if loosely else tried
                 placed.crosses = True
                 return placed
@@ -362,6 +362,12 @@ class Integration:
     def at(self, time: float) -> Point:
         """Return the point at a time within what was integrated."""
         return self.points_at(np.array([time]))[0]
+
+    def columns(self, times: Array) -> tuple[Array, Array, Array]:
+        """Return rows, turns and rates at times `(N,)`, a row for each."""
+        points = self.points if np.array_equal(times, self.times) else self.points_at(times)
+        _, y, turns, rates = zip(*points, strict=True)
+        return np.array(y), np.array(turns), np.array(rates)
 
     def points_at(self, times: Array) -> list[Point]:
         """Return the points at times within what was integrated."""

@@ -27,8 +27,6 @@ from .trajectory import PER_PERIOD, Course, Trajectory
 
 _GROWS = 100.0
 """Growth of errors from which on a motion lingers: any that swings has a few times as much."""
-_LINGERS = 1e-5
-"""Doubt of positions that is told of steps [rad]."""
 _STEP_ERRORS = 50.0
 """Error of the energy that steps add up to, in relative tolerances."""
 _MOST_SAMPLES = 20_000
@@ -111,7 +109,8 @@ def _lingering(setup: Setup, run: Run) -> list[str]:
         growth = np.nan_to_num((fastest / distance) * (later / distance), nan=0.0)
     worst = int(np.argmax(growth))
     off = _STEP_ERRORS * setup.rtol * float(growth[worst]) * float(fastest[worst]) / rate
-    if off < _LINGERS or growth[worst] < _GROWS:
+    # Half of the digits that were asked for are told as lost.
+    if off < np.sqrt(setup.rtol) or growth[worst] < _GROWS:
         return []
     size = f"be off by {off:.0e} rad" if off < 1.0 else "be any other motion"
     return [
@@ -197,8 +196,8 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
             begins.notes(settle=setup.settle),
         )
     # Before the integration takes whole turns off the row.
-    state = system.state(y, system.turns, np.zeros_like(y))
-    begun = state.x + 2.0 * np.pi * state.turns, state.v
+    begun = system.rows(y[None], system.turns[None], np.zeros_like(y)[None])
+    start = (begun.x + 2.0 * np.pi * begun.turns)[0], begun.v[0]
     atol = setup.atol * unit
     integration = Integration(
         system,
@@ -218,7 +217,7 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
     name = integration.method
     ended = _followed(setup, integration, following)
     run = ConstrainedRun(integration, system)
-    return _trajectory(setup, integration, ended, run, name, notes, following, begun)
+    return _trajectory(setup, integration, ended, run, name, notes, following, start)
 
 
 def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:

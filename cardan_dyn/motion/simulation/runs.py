@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -12,55 +12,10 @@ from ...core.problem.samples import Targets
 from ...core.results.collect import motion_at
 from ...kit.arrays import Array
 from .continuity import States
-from .energy_integral import EnergyIntegral, Law
+from .energy_integral import EnergyIntegral
 from .free_balls import WithBalls
-from .integration import Integration, Point
-from .system import System
-
-
-class Rows(NamedTuple):
-    """States at N times.
-
-    Attributes:
-        x: coordinates `(N, size)` with closed loops.
-        turns: whole turns `(N, size)` that angles lack.
-        v, a: velocities and accelerations `(N, nv)`.
-        exist: which of them are decided `(N, nv)`; all if None. Where axes of a ball coincide, the
-            rates of its angles may have no limit; what stands there moves the body otherwise.
-        bodies: the same states by rotations instead of angles; None where angles are as good.
-    """
-
-    x: Array
-    turns: Array
-    v: Array
-    a: Array
-    exist: Array | None = None
-    bodies: BodyStates | None = None
-
-    def at(self, chosen: Array) -> Rows:
-        """Return some of them."""
-        bodies = self.bodies
-        if bodies is not None:
-            x, v, a = (values[chosen] for values in (bodies.x, bodies.v, bodies.a))
-            bodies = BodyStates(bodies.mechanism, x, v, a)
-        exist = None if self.exist is None else self.exist[chosen]
-        x, turns, v, a = (values[chosen] for values in (self.x, self.turns, self.v, self.a))
-        return Rows(x, turns, v, a, exist, bodies)
-
-
-class BodyStates(NamedTuple):
-    """States at N times in coordinates that are regular wherever bodies are.
-
-    Attributes:
-        mechanism: whose coordinates they are.
-        x: coordinates `(N, size)`.
-        v, a: velocities and accelerations `(N, nv)`.
-    """
-
-    mechanism: WithBalls
-    x: Array
-    v: Array
-    a: Array
+from .integration import Integration
+from .system import Rows, System
 
 
 class Run(Protocol):
@@ -123,18 +78,7 @@ class ConstrainedRun:
 
     def rows(self, times: Array, drives: States | None = None) -> Rows:
         """See `Run.rows`."""
-        if times is self.times:
-            points = self._integration.points
-        else:
-            points = self._integration.points_at(times)
-        size, mechanism = self._system.size, self._system.model.mechanism
-        y, turns, rates = _columns(points)
-        if not isinstance(mechanism, WithBalls):
-            return Rows(y[:, :size], turns, y[:, size:], rates[:, size:])
-        bodies = BodyStates(mechanism, y[:, :size], y[:, size:], rates[:, size:])
-        states = [self._system.state(*row) for row in zip(y, turns, rates, strict=True)]
-        x, whole, v, a, exist = map(np.array, zip(*states, strict=True))
-        return Rows(x, whole, v, a, exist, bodies)
+        return self._system.rows(*self._integration.columns(times))
 
 
 class OneCoordinateRun:
@@ -144,7 +88,7 @@ class OneCoordinateRun:
         self,
         solver: ProblemSolver,
         times: Array,
-        law: Callable[[Array], Law],
+        law: Callable[[Array], States],
         integral: EnergyIntegral | None = None,
     ) -> None:
         """Make the run.
@@ -172,7 +116,7 @@ class OneCoordinateRun:
         """See `Run.rows`."""
         drives = drives or self.drives_alone(times)
         motion = motion_at(self._solver, Targets.of_positions(drives.x), drives.v, drives.a)
-        return Rows(motion.x, motion.turns, motion.v, motion.a)
+        return Rows(motion.x, motion.turns, motion.v, motion.a, np.ones(motion.v.shape, dtype=bool))
 
 
 class IntegratedLaw:
@@ -181,19 +125,7 @@ class IntegratedLaw:
     def __init__(self, integration: Integration) -> None:
         self._integration = integration
 
-    def __call__(self, times: Array) -> Law:
-        """Return the motion at times."""
-        points = self._integration.points
-        if not np.array_equal(times, self._integration.times):
-            points = self._integration.points_at(times)
-        y, turns, rates = _columns(points)
-        return Law(y[:, 0] + 2.0 * np.pi * turns[:, 0], y[:, 1], rates[:, 1])
-
-
-def _columns(points: list[Point]) -> tuple[Array, Array, Array]:
-    """Return rows, turns and rates of points, a row for each."""
-    return (
-        np.array([point.y for point in points]),
-        np.array([point.turns for point in points]),
-        np.array([point.rate for point in points]),
-    )
+    def __call__(self, times: Array) -> States:
+        """Return the motion at times, each `(N,)`."""
+        y, turns, rates = self._integration.columns(times)
+        return States(y[:, 0] + 2.0 * np.pi * turns[:, 0], y[:, 1], rates[:, 1])

@@ -12,11 +12,11 @@ from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.elements.pin_contact import PinContact
 from ...core.mechanism.mechanism import Mechanism
 from ...core.problem.samples import acting_on
-from ...kit.arrays import EPS, Array
+from ...kit.arrays import EPS, ROUNDED, Array
 from ...kit.checks import flag, mapping, positive, whole
 from ...kit.errors import ArgumentError
 from .crossings import notes_of_rounding, refuse_rounding
-from .events import Watched, watched
+from .events import Event, watched
 from .forces import Forces, StateFunction, state_function
 from .integration import FINEST
 from .prescribed_motion import Written, begun_at, prescribed_motions
@@ -27,8 +27,8 @@ from .system import Motion
 
 _BRIEFEST = float(np.finfo(float).tiny / EPS)
 """Least duration [s] whose smallest parts are numbers, and speed [rad/s or m/s] other than none."""
-_FARTHEST = 1e12
-"""Angle [rad], or slide in lengths of the mechanism, up to which a motion keeps four digits."""
+_FARTHEST = float(1.0 / ROUNDED)
+"""Angle [rad], or slide in lengths of the mechanism, of which rounding may be as much as one."""
 _FEWEST_STEPS = 200
 """Steps that a simulation takes at least where functions of users act: at rest, errors would allow
 steps that leap over a pulse."""
@@ -69,7 +69,7 @@ class Setup:
     method: str | None
     step: float | None
     kinks: dict[str, tuple[float, ...]]
-    events: list[Watched]
+    events: list[Event]
     progress: Progress
     settle: bool
     max_touches: int

@@ -23,7 +23,6 @@ _FAST = 30.0
 """How much faster than all that is excited a mode has to be to make a system stiff."""
 _NEARLY = 2.0
 """Step of DOP853 times the frequency of a mode from which on it may be what limits the step."""
-_SETTLING_STEPS = 8
 _STRAIGHT = 0.1
 """Part of a difference by which it is checked whether rates are straight over it, and greatest
 change of them by that, as a fraction."""
@@ -127,7 +126,7 @@ class Judgement(NamedTuple):
         if self.frequency:
             advice = "settle=True starts where fast modes rest"
             if settle:
-                advice = f"settle=True did not bring it to rest in {_SETTLING_STEPS} steps"
+                advice = "settle=True did not bring it to rest"
             notes.append(
                 f"oscillatory: the start rings at {self.frequency:.6g} Hz, which steps have to "
                 f"follow; {advice}"
@@ -188,14 +187,15 @@ def settled(
         tolerance: see `modes`.
         speed: of joints [rad/s], which counts as the rate of a slow mode.
     """
-    for _ in range(_SETTLING_STEPS):
+    farthest = np.inf
+    while True:
         found = modes(rates, y, unit, tolerance)
         is_fast = np.abs(found.values) > _gap(np.abs(found.values), speed)
-        if not np.any(is_fast & (found.amplitudes > 0.1)):
-            break
+        before, farthest = farthest, float(np.max(found.amplitudes[is_fast], initial=0.0))
+        if not 0.1 < farthest < before:
+            return y
         step = found.vectors[:, is_fast] @ (found.shares[is_fast] / found.values[is_fast])
         y = restored(y - step.real)
-    return y
 
 
 def _gap(sizes: Array, speed: float) -> float:

@@ -22,14 +22,16 @@ Motion = Callable[[float], tuple[float, float, float]]
 """Position, speed and acceleration of a prescribed joint at a time."""
 
 
-class State(NamedTuple):
-    """A state of a mechanism.
+class Rows(NamedTuple):
+    """States at N times.
 
     Attributes:
-        x: coordinates `(size,)`.
-        turns: whole turns `(size,)` that angles lack.
-        v, a: velocities and accelerations `(nv,)`.
-        exist: which of them are decided `(nv,)`; where axes of a free ball coincide, not all are.
+        x: coordinates `(N, size)` with closed loops.
+        turns: whole turns `(N, size)` that angles lack.
+        v, a: velocities and accelerations `(N, nv)`.
+        exist: which of them are decided `(N, nv)`. Where axes of a ball coincide, the rates of its
+            angles may have no limit; what stands there moves the body otherwise.
+        bodies: the same states by rotations instead of angles; None where angles are as good.
     """
 
     x: Array
@@ -37,6 +39,28 @@ class State(NamedTuple):
     v: Array
     a: Array
     exist: Array
+    bodies: BodyStates | None = None
+
+    def at(self, chosen: Array) -> Rows:
+        """Return some of them."""
+        bodies = self.bodies and BodyStates(self.bodies[0], *(at[chosen] for at in self.bodies[1:]))
+        x, turns, v, a, exist = (values[chosen] for values in self[:5])
+        return Rows(x, turns, v, a, exist, bodies)
+
+
+class BodyStates(NamedTuple):
+    """States at N times in coordinates that are regular wherever bodies are.
+
+    Attributes:
+        mechanism: whose coordinates they are.
+        x: coordinates `(N, size)`.
+        v, a: velocities and accelerations `(N, nv)`.
+    """
+
+    mechanism: WithBalls
+    x: Array
+    v: Array
+    a: Array
 
 
 class System:
@@ -300,17 +324,18 @@ class System:
         seen, true = (self._free.positions(x, item) for item in (self.turns, turns))
         return bool(np.max(np.abs(seen - true)) > 1.0)
 
-    def state(self, y: Array, turns: Array, rate: Array) -> State:
-        """Return what a row and its derivative mean for the mechanism."""
-        x, v, a = y[: self.size], y[self.size :], rate[self.size :]
+    def rows(self, y: Array, turns: Array, rates: Array) -> Rows:
+        """Return what N rows, their turns and their derivatives mean for the mechanism."""
+        x, v, a = y[:, : self.size], y[:, self.size :], rates[:, self.size :]
         if self._free is None:
-            return State(x, turns, v, a, np.ones(v.size, dtype=bool))
-        counted = self._free.positions(self.unit(x), turns)
-        v, a, exist = self._free.rates(counted, v, a)
-        wound = np.zeros_like(counted)
-        angles = self.mechanism.coordinates.angle_columns
-        wound[angles] = np.round(counted[angles] / (2.0 * np.pi))
-        return State(counted - 2.0 * np.pi * wound, wound, v, a, exist)
+            return Rows(x, turns, v, a, np.ones(v.shape, dtype=bool))
+        bodies, places = BodyStates(self._free, x, v, a), zip(map(self.unit, x), turns, strict=True)
+        counted = np.array([self._free.positions(*place) for place in places])
+        found = [self._free.rates(*state) for state in zip(counted, v, a, strict=True)]
+        v, a, exist = map(np.array, zip(*found, strict=True))
+        wound, angles = np.zeros_like(counted), self.mechanism.coordinates.angle_columns
+        wound[:, angles] = np.round(counted[:, angles] / (2.0 * np.pi))
+        return Rows(counted - 2.0 * np.pi * wound, wound, v, a, exist, bodies)
 
     def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
         """Return positions and speeds by name of a row."""

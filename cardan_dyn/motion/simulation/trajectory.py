@@ -38,8 +38,9 @@ from .continuity import Continuity, States
 from .energy import gained
 from .events import Happened
 from .free_balls import NEARLY
-from .runs import Rows, Run
+from .runs import Run
 from .setup import Setup
+from .system import Rows
 
 if TYPE_CHECKING:
     from typing import Self
@@ -55,9 +56,6 @@ _GREATEST_ERROR = 1e-6
 """Effort residual above which accelerations and wrenches are refused. Away from singular
 configurations it is rounding times the condition number."""
 
-
-_EXACT_TIMES = 33
-"""Times up to a period, at most, between which exact states are compared first."""
 
 _EXACT, _INTEGRATED = 1e-8, 1e-5
 """Differences of positions from the integrals of speeds over time, as fractions of the way, that
@@ -177,7 +175,7 @@ class Course:
     ) -> Continuity:
         run, times = self.run, self.run.times
         if run.is_exact:
-            times = np.linspace(0.0, min(run.period, float(times[-1])), _EXACT_TIMES)
+            times = np.linspace(0.0, min(run.period, float(times[-1])), PER_PERIOD // 2 + 1)
         off = ROUNDED if run.is_exact else _OF_ABSOLUTE * self.setup.atol
         return Continuity(
             look,
@@ -430,11 +428,10 @@ class Trajectory(MotionResult):
         NaN where a middle angle of a ball or floating base is at ±90° and the body turns so that
         the outer angles have no speed there.
         """
-        exist = self._rows.exist if self._drives_alone is None else None
-        if exist is None:
-            return _squeezed(self._of_drives.v)
-        rates = self.mechanism.coordinates.rates_of(self.coordinates)
-        return _squeezed(np.where(exist[:, rates], self._of_drives.v, np.nan))
+        if self._drives_alone is not None:
+            return _squeezed(self._drives_alone.v)
+        known = self._rows.exist[:, self.mechanism.coordinates.rates_of(self.coordinates)]
+        return _squeezed(np.where(known, self._of_drives.v, np.nan))
 
     @property
     def sweep(self) -> Sweep:
@@ -530,12 +527,10 @@ class Trajectory(MotionResult):
 
     def _part(self, chosen: Array) -> Trajectory:
         """Return the same at some of its times."""
-        part = self.at(self.time[chosen])
-        drives = self._drives_alone
-        if drives is not None:
-            drives = drives.at(chosen)
-        known = {"_rows": self._rows.at(chosen), "_drives_alone": drives}
-        part.__dict__.update(known)
+        part, drives = self.at(self.time[chosen]), self._drives_alone
+        part.__dict__.update(
+            _rows=self._rows.at(chosen), _drives_alone=drives and drives.at(chosen)
+        )
         if "_misfit" in self.__dict__:
             part.__dict__["_misfit"] = self.__dict__["_misfit"]
         return part
@@ -774,29 +769,25 @@ class Trajectory(MotionResult):
     @property
     def joint_velocities(self) -> Array:
         """Velocities `(N, nv)`, likewise; NaN where those of a ball's angles are not known."""
-        known, v = self._known_rates, self._rows.v
-        return v if known is None else np.where(known, v, np.nan)
+        return np.where(self._known_rates, self._rows.v, np.nan)
 
     @property
     def joint_accelerations(self) -> Array:
         """Accelerations `(N, nv)`, proven as wrenches are; NaN where velocities or these are."""
-        known, a = self._known_rates, self.motion.a
-        return a if known is None else np.where(known, a, np.nan)
+        return np.where(self._known_rates, self.motion.a, np.nan)
 
     @cached_property
-    def _known_rates(self) -> Array | None:
-        """Which velocities say how the bodies move `(N, nv)`; None if all of them do.
+    def _known_rates(self) -> Array:
+        """Which velocities say how the bodies move `(N, nv)`.
 
         Where the outer axes of a ball coincide, its angles may have no speeds, or lose their digits
         in those of the body.
         """
         rows, bodies = self._rows, self._rows.bodies
-        if bodies is None:
-            return rows.exist
-        known = np.ones(rows.v.shape, dtype=bool) if rows.exist is None else rows.exist.copy()
-        for ball in bodies.mechanism.balls:
+        known = rows.exist.copy()
+        for ball in bodies.mechanism.balls if bodies else ():
             angles, rates = slice(ball.column, ball.column + 3), slice(ball.rate, ball.rate + 3)
-            for index, spin in enumerate(bodies.v[:, rates]):
+            for index, spin in enumerate(bodies.v[:, rates] if bodies else ()):
                 off = ball.spin(rows.x[index, angles], rows.v[index, rates]) - spin
                 if not np.max(np.abs(off)) <= NOTHING * np.max(np.abs(spin)):
                     known[index, rates] = False

@@ -33,13 +33,11 @@ def test_swings_are_elliptic(reach: float) -> None:
     found = law.at(times)
     # Phases count from the start of a swing: errors are those of the period times their number.
     tolerance = 1e-12 * reach
-    np.testing.assert_allclose(
-        found.position, 2.0 * np.arcsin(np.sqrt(modulus) * sn), atol=10 * tolerance
-    )
+    np.testing.assert_allclose(found.x, 2.0 * np.arcsin(np.sqrt(modulus) * sn), atol=10 * tolerance)
     speed = -2.0 * np.sqrt(modulus) * RATE * cn
-    np.testing.assert_allclose(found.speed, speed, atol=100 * tolerance)
+    np.testing.assert_allclose(found.v, speed, atol=100 * tolerance)
     assert np.min(dn) > 0.0
-    np.testing.assert_allclose(found.acceleration, -(RATE**2) * np.sin(found.position), atol=1e-12)
+    np.testing.assert_allclose(found.a, -(RATE**2) * np.sin(found.x), atol=1e-12)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -53,11 +51,11 @@ def test_turns_are_elliptic(sign: float) -> None:
     times = np.linspace(0.0, 0.9 * 0.5 * period, 20)
     _, _, dn, phase = ellipj(0.5 * speed * times, modulus)
     found = law.at(times)
-    np.testing.assert_allclose(found.position, sign * 2.0 * phase, atol=1e-12)
-    np.testing.assert_allclose(found.speed, sign * speed * dn, rtol=1e-12)
+    np.testing.assert_allclose(found.x, sign * 2.0 * phase, atol=1e-12)
+    np.testing.assert_allclose(found.v, sign * speed * dn, rtol=1e-12)
     # A thousand turns cost no accuracy beyond that of the period.
     late = law.at(np.array([1000.0 * law.period]))
-    assert late.position[0] == pytest.approx(sign * 2000.0 * np.pi, abs=1e-9)
+    assert late.x[0] == pytest.approx(sign * 2000.0 * np.pi, abs=1e-9)
 
 
 @pytest.mark.parametrize("speed", [1e-3, 1e-7, -1e-7, 1e-9])
@@ -70,10 +68,8 @@ def test_swings_that_begin_close_to_their_end(speed: float) -> None:
     times = np.linspace(0.5, 1.5, 9)
     # Reach and period differ by the square of the speed.
     allowed = 1e-13 + speed**2
-    np.testing.assert_allclose(
-        law.at(times).position, resting.at(times - later).position, atol=5.0 * allowed
-    )
-    assert law.at(np.zeros(1)).speed[0] == pytest.approx(speed, rel=1e-13, abs=1e-14)
+    np.testing.assert_allclose(law.at(times).x, resting.at(times - later).x, atol=5.0 * allowed)
+    assert law.at(np.zeros(1)).v[0] == pytest.approx(speed, rel=1e-13, abs=1e-14)
 
 
 @pytest.mark.parametrize("reach", [1e-8, 1e-5, 1e-2])
@@ -96,7 +92,7 @@ def test_how_late_a_motion_may_be_grows_with_its_periods(position: float, speed:
     times = np.array([0.0, 1.0, 1e3, 1e6, 1e9]) * law.period
     late = law.late(times)
     expected = pendulum_at(position, speed, times + 0.3 * law.period)
-    off = np.abs(law.at(times + 0.3 * law.period).position - expected[0])
+    off = np.abs(law.at(times + 0.3 * law.period).x - expected[0])
     assert np.all(off <= 1e-13 * (1.0 + np.abs(expected[0])) + law.fastest * late)
     # A part of rounding of every period, and none of what has not begun.
     assert late[0] == 0.0
@@ -121,12 +117,12 @@ def test_how_long_it_stays_counts_for_no_more_than_a_period() -> None:
 def test_it_stays_in_equilibrium() -> None:
     law = integral(0.0, 0.0)
     assert law.period == np.inf
-    np.testing.assert_array_equal(law.at(np.array([0.0, 9.0])).position, 0.0)
+    np.testing.assert_array_equal(law.at(np.array([0.0, 9.0])).x, 0.0)
 
 
 def test_a_torque_moves_where_it_swings_and_speeds_up_what_turns() -> None:
     law = integral(0.5, 0.0, torque=2.0)
-    positions = law.at(np.linspace(0.0, law.period, 400)).position
+    positions = law.at(np.linspace(0.0, law.period, 400)).x
     ends = [float(np.min(positions)), float(np.max(positions))]
     energy = [-2.0 * RATE**2 * np.cos(end) - 2.0 * end for end in ends]
     assert energy[0] == pytest.approx(energy[1], abs=1e-2)
@@ -192,15 +188,15 @@ def test_motions_beside_a_separatrix_are_elliptic(kind: int) -> None:
         law = integral(position, speed)
         times = np.sort(random.uniform(0.0, 3.0 * law.period, 8))
         found = law.at(np.concatenate([[0.0], times]))
-        expected = pendulum_at(position, speed, found.position * 0.0 + np.append(0.0, times))
+        expected = pendulum_at(position, speed, found.x * 0.0 + np.append(0.0, times))
         allowed = 1e-12 + 4.0 * law.doubt * law.fastest
-        np.testing.assert_allclose(found.position, expected[0], atol=allowed)
-        np.testing.assert_allclose(found.speed, expected[1], atol=3.0 * RATE * allowed)
+        np.testing.assert_allclose(found.x, expected[0], atol=allowed)
+        np.testing.assert_allclose(found.v, expected[1], atol=3.0 * RATE * allowed)
         # Beside the equilibrium itself the start says how far away it is, to rounding.
         if kind < 2:
             assert allowed < 1e-5
         if not law.swings:
-            way = law.at(np.linspace(0.0, 3.0 * law.period, 4000)).position
+            way = law.at(np.linspace(0.0, 3.0 * law.period, 4000)).x
             assert np.all(np.sign(speed) * np.diff(way) >= -1e-14 * np.abs(way[:-1]))
 
 
@@ -218,17 +214,17 @@ def test_both_sides_of_a_hump_within_a_swing(distance: float) -> None:
         assert held.swings and held.fastest < 5.0
         times = np.linspace(0.0, 3.0 * held.period, 301)
         ways = held.at(times)
-        energy = 0.5 * ways.speed**2 + np.cos(ways.position) + 2.0 * np.cos(2.0 * ways.position)
+        energy = 0.5 * ways.v**2 + np.cos(ways.x) + 2.0 * np.cos(2.0 * ways.x)
         np.testing.assert_allclose(energy, energy[0], atol=1e-13)
-        assert np.min(sign * (ways.position - np.pi)) >= distance * (1.0 - 1e-6)
+        assert np.min(sign * (ways.x - np.pi)) >= distance * (1.0 - 1e-6)
         # How it leaves the top: by the linear law, as long as it is near.
         soon = np.linspace(0.0, 0.3, 7)
-        left = sign * (held.at(soon).position - np.pi) / distance
+        left = sign * (held.at(soon).x - np.pi) / distance
         np.testing.assert_allclose(left, np.cosh(np.sqrt(7.0) * soon), rtol=max(distance, 1e-6))
         over = EnergyIntegral(functions, float(np.pi), sign * distance)
         ways = over.at(np.linspace(0.0, over.period, 2001))
         assert over.swings
-        assert np.min(ways.position) < np.pi - 1.0 and np.max(ways.position) > np.pi + 1.0
+        assert np.min(ways.x) < np.pi - 1.0 and np.max(ways.x) > np.pi + 1.0
 
 
 def test_what_hangs_on_rounding_is_said() -> None:
