@@ -8,11 +8,11 @@ digits: their squares, eigenvalues of J M⁻¹ Jᵀ, would leave five.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pinocchio
+from numpy.polynomial import polynomial
 
 from ...core.kinematics.tolerances import CLOSURE_TOLERANCE
 from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
@@ -20,82 +20,53 @@ from ...kit.differences import displacements, slopes
 from ...kit.errors import SingularConfigurationError
 
 
-class Curve(NamedTuple):
-    """What a coupling adds to its linear row.
-
-    Attributes:
-        row: its index among the couplings.
-        rates, columns: of the predecessor's joints, velocity coordinates and coordinates.
-        unit: of these [m for slides, else rad].
-        powers: what the polynomial has beside its offset and ratio.
-    """
-
-    row: int
-    rates: list[int]
-    columns: list[int]
-    unit: float
-    powers: np.polynomial.Polynomial
-
-    def first(self, x: Array) -> float:
-        """Return the motion of the predecessor [m or rad]."""
-        return float(np.sum(x[self.columns]) * self.unit)
-
-
 class CouplingRows:
-    """The couplings of a chain: what vanishes where they hold.
-
-    Attributes:
-        rows: `(k, nv)` of what is linear of them, a ratio times predecessors less successors.
-    """
+    """The couplings of a chain, each a polynomial of the motion of predecessors less successors."""
 
     def __init__(
         self,
-        rows: Array,
-        offsets: Array | None = None,
+        first: Array,
+        last: Array | float = 0.0,
+        powers: Array | None = None,
         columns: Array | None = None,
-        curves: Sequence[Curve] = (),
     ) -> None:
         """Make them.
 
         Args:
-            rows: see the attribute.
-            offsets: `(k,)`; if None, they hold wherever they are asked.
-            columns: `(nv,)` coordinates of velocity coordinates, -1 of those of balls.
-            curves: of those that are polynomials.
+            first: `(k, nv)` the motion of predecessors by velocity coordinates.
+            last: that of successors, likewise.
+            powers: `(n, k)` coefficients of the polynomials, ascending; the motion itself if None.
+            columns: `(nv,)` coordinates of velocity coordinates, -1 of those of balls; if None,
+                couplings hold wherever they are asked.
         """
-        self.rows = rows
-        self._offsets, self._columns, self._curves = offsets, columns, curves
+        count, size = first.shape
+        self._first, self._last = first, last
+        self._powers = np.repeat([[0.0], [1.0]], count, axis=1) if powers is None else powers
+        self._columns = np.full(size, -1) if columns is None else columns
 
     def __len__(self) -> int:
         """Return how many there are."""
-        return len(self.rows)
+        return len(self._first)
+
+    def _of(self, x: Array, order: int) -> Array:
+        """Return the polynomials' derivatives of an order at a configuration `(k,)`."""
+        powers = polynomial.polyder(self._powers, order, axis=0)
+        return np.asarray(polynomial.polyval(self._first @ self._moved(x), powers, tensor=False))
+
+    def _moved(self, x: Array) -> Array:
+        return np.where(self._columns < 0, 0.0, x[self._columns])
 
     def at(self, x: Array) -> Array:
-        """Return the rows `(k, nv)` at a configuration."""
-        if not self._curves:
-            return self.rows
-        rows = self.rows.copy()
-        for curve in self._curves:
-            rows[curve.row, curve.rates] += curve.unit * curve.powers.deriv()(curve.first(x))
-        return rows
+        """Return the rows `(k, nv)` at a configuration: what vanishes where couplings hold."""
+        return np.asarray(self._of(x, 1)[:, None] * self._first - self._last)
 
     def gaps(self, x: Array) -> Array:
         """Return by how much they are off `(k,)`, as rows count it."""
-        if self._offsets is None or self._columns is None:
-            return np.zeros(len(self.rows))
-        moved = np.where(self._columns < 0, 0.0, x[self._columns])
-        gaps = -(self.rows @ moved + self._offsets)
-        for curve in self._curves:
-            gaps[curve.row] -= curve.powers(curve.first(x))
-        return np.asarray(gaps)
+        return np.asarray(np.dot(self._last, self._moved(x)) - self._of(x, 0))
 
     def drift(self, x: Array, v: Array) -> Array:
         """Return how fast the rows' products with constant rates change `(k,)`."""
-        drift = np.zeros(len(self.rows))
-        for curve in self._curves:
-            rate = curve.unit * np.sum(v[curve.rates])
-            drift[curve.row] = curve.powers.deriv(2)(curve.first(x)) * rate**2
-        return drift
+        return np.asarray(self._of(x, 2) * (self._first @ v) ** 2)
 
 
 class ClosedDirections:
@@ -132,10 +103,11 @@ class ClosedDirections:
         """
         self.model, self._lent = model, lent
         self._data = self.model.createData() if data is None else data
-        self._constraints, self._couplings = list(constraints), couplings
+        self._loops = [(item, item.createData()) for item in constraints]
+        self._couplings = couplings
         self._prescribed, self._rank = prescribed, rank
         self.free = np.delete(np.arange(model.nv), prescribed)
-        self.loop_rows = 6 * len(self._constraints)
+        self.loop_rows = 6 * len(self._loops)
 
     def accelerations(self, x: Array, v: Array, efforts: Array, prescribed: Array) -> Array:
         """Return the accelerations `(nv,)` that efforts cause.
@@ -300,14 +272,11 @@ class ClosedDirections:
 
     def gaps(self, x: Array) -> tuple[Array, float]:
         """Return closure errors of loops and couplings as the rows count them, and their sizes."""
-        size = 1.0
-        pinocchio.forwardKinematics(self.model, self._data, x)
-        gaps = np.empty(self.loop_rows + len(self._couplings))
-        for index, item in enumerate(self._constraints):
-            first = self._data.oMi[item.joint1_id] * item.joint1_placement
-            second = self._data.oMi[item.joint2_id] * item.joint2_placement
-            gaps[6 * index : 6 * index + 6] = pinocchio.log6(first.actInv(second)).vector
-            size = max(size, float(np.max(np.abs(first.translation))))
+        size, gaps = 1.0, np.empty(self.loop_rows + len(self._couplings))
+        self._place(x)
+        for index, (_, ends) in enumerate(self._loops):
+            gaps[6 * index : 6 * index + 6] = pinocchio.log6(ends.c1Mc2).vector
+            size = max(size, float(np.max(np.abs(ends.oMc1.translation))))
         gaps[self.loop_rows :] = self._couplings.gaps(x)
         return gaps, size
 
@@ -330,23 +299,17 @@ class ClosedDirections:
 
     def jacobian(self, x: Array) -> Array:
         """Return the rows `(6 L + k, nv)` of loops and couplings at a configuration."""
-        model, data = self.model, self._data
-        pinocchio.computeJointJacobians(model, data, x)
-        rows = np.empty((self.loop_rows + len(self._couplings), model.nv))
-        rows[self.loop_rows :] = self._couplings.at(x)
-        for index, item in enumerate(self._constraints):
-            between = self._world_rows(item.joint1_id) - self._world_rows(item.joint2_id)
-            frame = data.oMi[item.joint1_id] * item.joint1_placement
-            rows[6 * index : 6 * index + 6] = frame.toActionMatrixInverse() @ between
-        return rows
+        self._place(x)
+        rows = [
+            pinocchio.getConstraintJacobian(self.model, self._data, *loop) for loop in self._loops
+        ]
+        return np.concatenate([*rows, self._couplings.at(x)])
 
-    def _world_rows(self, joint: int) -> Array:
-        """Return the twist `(6, nv)` of a body per unit rate, in the world."""
-        model, data = self.model, self._data
-        if not joint:
-            return np.zeros((6, model.nv))
-        frame = pinocchio.ReferenceFrame.WORLD
-        return np.asarray(pinocchio.getJointJacobian(model, data, joint, frame))
+    def _place(self, x: Array) -> None:
+        """Place all bodies, and on them the ends of loops."""
+        pinocchio.computeJointJacobians(self.model, self._data, x)
+        for loop, ends in self._loops:
+            loop.calc(self.model, self._data, ends)
 
     def _drift(self, x: Array, v: Array) -> Array:
         """Return how fast the rows' products with constant rates change, `(6 L + k,)`."""
@@ -354,24 +317,19 @@ class ClosedDirections:
         pinocchio.forwardKinematics(model, data, x, v, np.zeros(model.nv))
         result = np.empty(self.loop_rows + len(self._couplings))
         result[self.loop_rows :] = self._couplings.drift(x, v)
-        for index, item in enumerate(self._constraints):
-            first = _moving(data, item.joint1_id, item.joint1_placement)
-            second = _moving(data, item.joint2_id, item.joint2_placement)
-            between = first[0].actInv(second[0])
-            rate = between.act(second[1])
+        for index, (loop, ends) in enumerate(self._loops):
+            loop.calc(model, data, ends)
+            first, second = (
+                (place.actInv(data.v[joint]), place.actInv(data.a[joint]))
+                for joint, place in (
+                    (loop.joint1_id, loop.joint1_placement),
+                    (loop.joint2_id, loop.joint2_placement),
+                )
+            )
+            rate, change = (ends.c1Mc2.act(part) for part in second)
             # The second body's rate is seen in axes that move with the first.
-            change = first[2] - between.act(second[2]) + first[1].cross(rate)
-            result[6 * index : 6 * index + 6] = change.vector
+            result[6 * index : 6 * index + 6] = (first[1] - change + first[0].cross(rate)).vector
         return result
-
-
-def _moving(data: Any, joint: int, placement: pinocchio.SE3) -> tuple[Any, Any, Any]:
-    """Return placement, velocity and acceleration of a frame on a body, the latter in its axes."""
-    return (
-        data.oMi[joint] * placement,
-        placement.actInv(data.v[joint]),
-        placement.actInv(data.a[joint]),
-    )
 
 
 def refuse_open(error: float) -> None:

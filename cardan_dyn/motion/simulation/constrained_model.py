@@ -33,7 +33,6 @@ from ...kit.errors import SingularConfigurationError
 from .closed_directions import (
     ClosedDirections,
     CouplingRows,
-    Curve,
     rank_of,
     refuse_open,
 )
@@ -86,8 +85,6 @@ class ConstrainedModel:
         chains = chains_of(mechanism)
         made_of = self.prescribed.tolist(), gravity, state, tuple(independent), resting
         self.chains = [ConstrainedChain(mechanism, chain, *made_of) for chain in chains]
-        # A single chain takes and returns rows as they are.
-        self._only = self.chains[0] if len(self.chains) == 1 else None
         self._parts = [
             (
                 model,
@@ -108,8 +105,6 @@ class ConstrainedModel:
         self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
     ) -> Array:
         """Return the rates `(size + nv,)` of coordinates and velocities, see `ConstrainedChain`."""
-        if self._only is not None:
-            return self._only.rates(x, v, efforts, prescribed)
         result = np.empty(len(x) + len(v))
         of_x, of_v = result[: len(x)], result[len(x) :]
         for model, columns, rates, own in self._parts:
@@ -122,8 +117,6 @@ class ConstrainedModel:
 
     def closed(self, x: Array, v: Array, *, crosses: bool = False) -> tuple[Array, Array]:
         """Return a state whose loops and couplings are closed again, see `ConstrainedChain`."""
-        if self._only is not None:
-            return self._only.closed(x, v, crosses=crosses)
         near, rates_near = np.empty_like(x), np.empty_like(v)
         for model, columns, rates, _ in self._parts:
             near[columns], rates_near[rates] = model.closed(x[columns], v[rates], crosses=crosses)
@@ -549,31 +542,21 @@ def _couplings(mechanism: Mechanism | WithBalls, chain: Chain) -> CouplingRows:
     """Return the couplings of a chain."""
     coordinates = mechanism.coordinates
     chosen = [mechanism.couplings[index] for index in chain.couplings]
-    rows = np.zeros((len(chosen), mechanism.model.nv))
+    first, last = np.zeros((2, len(chosen), mechanism.model.nv))
+    powers = np.zeros((3 + max((len(item.higher) for item in chosen), default=0), len(chosen)))
+    for index, item in enumerate(chosen):
+        first[index, list(item.predecessor_columns)] = 1.0
+        last[index, list(item.successor_columns)] = 1.0
+        terms = item.offset, item.ratio, *item.higher
+        powers[: len(terms), index] = terms
+    first, last = ((part * coordinates.rate_scale)[:, chain.rates] for part in (first, last))
     columns, rates = coordinates.scalars
     own = np.isin(rates, chain.rates)
     column_of = np.full(len(chain.rates), -1)
     column_of[np.searchsorted(chain.rates, rates[own])] = np.searchsorted(
         chain.columns, columns[own]
     )
-    curves = []
-    for index, coupling in enumerate(chosen):
-        rows[index, list(coupling.predecessor_columns)] += coupling.ratio
-        rows[index, list(coupling.successor_columns)] -= 1.0
-        if coupling.higher:
-            first = list(coupling.predecessor_columns)
-            own_rates = np.searchsorted(chain.rates, first)
-            curves.append(
-                Curve(
-                    index,
-                    own_rates.tolist(),
-                    column_of[own_rates].tolist(),
-                    float(coordinates.rate_scale[first[0]]),
-                    np.polynomial.Polynomial((0.0, 0.0, *coupling.higher)),
-                )
-            )
-    rows = (rows * coordinates.rate_scale)[:, chain.rates]
-    return CouplingRows(rows, np.array([item.offset for item in chosen]), column_of, curves)
+    return CouplingRows(first, last, powers, column_of)
 
 
 def _lent_inertia(inertia: Array, free: Array) -> float:

@@ -18,8 +18,6 @@ from ...kit.arrays import EPS, NOTHING, Array
 _SHARE = 0.5
 """Fraction of the difference of two rules by which states of a step method may be off: their steps
 are as long as their tolerance allows, and forces that change at once are felt by every rule."""
-_LEAST_SIZE = 1e-3
-"""Least way of a coordinate, as a fraction of the greatest, that its errors are relative to."""
 _MOST_ADDED = 20_000
 """States that are looked at in all, beside the given ones."""
 _NEAR, _FAR = 2, 4
@@ -253,10 +251,10 @@ def _worst_of_rows(*values: Array) -> Array:
 
 
 def _sizes(values: Array) -> Array:
-    """Return the greatest absolute values of columns `(m,)`, none far below the others."""
+    """Return the greatest absolute values of columns `(m,)`, none nothing beside the others."""
     sizes = np.max(np.abs(values), axis=0, initial=0.0)
     greatest = float(np.max(sizes, initial=0.0))
-    return np.asarray(np.maximum(sizes, _LEAST_SIZE * greatest if greatest > 0.0 else 1.0))
+    return np.asarray(np.maximum(sizes, NOTHING * greatest if greatest > 0.0 else 1.0))
 
 
 def _integrals(times: Array, states: States, size: int) -> Array:

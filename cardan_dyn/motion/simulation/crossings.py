@@ -25,8 +25,6 @@ Path = Callable[[float], Array]
 
 _LOOKED_AT = 12
 """Pieces of two steps, of which one is ahead, at whose ends closures are looked at."""
-_DIPS = 0.2
-"""Weakness at a crossing, as a fraction of that at the ends of the search, at most."""
 
 
 def refuse_rounding(part: float) -> None:
@@ -144,8 +142,7 @@ class Crossings:
             return None
         around = float(times[least - 1]), float(times[least + 1])
         # Weakness falls and rises linearly: its square is a parabola.
-        middle, negative = peak(lambda time: -(self._weakness(rows, time) ** 2), *around)
-        return middle if -negative <= (_DIPS * min(weakness[0], weakness[-1])) ** 2 else None
+        return peak(lambda time: -(self._weakness(rows, time) ** 2), *around)[0]
 
     def is_one(self, row: Array) -> bool:
         """Return whether loops are closed in the singular configuration that is near a row."""

@@ -19,7 +19,7 @@ from .turning_model import turning_model
 _FEWEST, _MOST = 64, 8192
 """Positions per period: the first number, which is doubled, and the greatest."""
 _ROUNDING = 20.0
-"""Rounding errors of an effort, in eps times its condition number, below which coefficients are."""
+"""Errors of efforts, in eps times their condition number, below which coefficients are rounding."""
 _COMPARED = 8
 """Further positions at which functions that repeat within the period are seen to do so."""
 
@@ -85,19 +85,13 @@ def _found(solver: ProblemSolver, forces: Forces | None) -> EnergyFunctions:
         ends = energies.at(np.array([0.0, period]))[1]
         if abs(ends[1] - ends[0]) > NOTHING * np.max(np.abs(ends)):
             raise NotSuitableError("springs wind up as the drive turns")
-    known, count, repeats, may_repeat = np.zeros((2, 0)), _FEWEST, 1, True
+    count, repeats, half = _FEWEST, 1, _FEWEST // 2
+    values = energies.at(np.arange(count) * (period / count))
+    apart = np.max(np.abs(values[:, half:] - values[:, :half]), axis=1)
+    if np.all(apart <= energies.rounding * energies.sizes):
+        values, repeats = values[:, :half], 2
     while True:
-        values, is_back = _sampled(energies, period, count, repeats, known)
-        tolerance = _ROUNDING * EPS * energies.condition
-        if not is_back:
-            known, repeats, may_repeat = known[:, :0], 1, False
-            continue
-        if may_repeat and count == _FEWEST:
-            half = count // 2
-            apart = np.max(np.abs(values[:, half:] - values[:, :half]), axis=1)
-            if np.all(apart <= tolerance * energies.sizes):
-                values, repeats = values[:, :half], 2
-        known, functions = values, Fourier.of(values, period / repeats)
+        tolerance, functions = energies.rounding, Fourier.of(values, period / repeats)
         greatest = np.max(np.abs(functions.coefficients), axis=1)
         # Weights that hold each other leave nothing but their rounding.
         sizes = np.maximum(greatest, energies.sizes)
@@ -116,36 +110,20 @@ def _found(solver: ProblemSolver, forces: Forces | None) -> EnergyFunctions:
             return EnergyFunctions(inertia, force, tolerance)
         # Coefficients fall exponentially, so that the tail tells how many will do.
         factor = np.log(tolerance) / np.log(min(tail, 0.5))
-        count *= 2 ** max(1, int(np.ceil(np.log2(factor))))
+        more = 2 ** max(1, int(np.ceil(np.log2(factor))))
+        count *= more
         if count > _MOST:
             raise NotSuitableError(f"{_MOST} positions do not resolve the inertia over a turn")
-
-
-def _sampled(
-    energies: _Energies, period: float, count: int, repeats: int, known: Array
-) -> tuple[Array, bool]:
-    """Return inertia and force at equidistant positions, and whether they do repeat.
-
-    Args:
-        energies: give them.
-        period: of the mechanism.
-        count: of positions in it.
-        repeats: how often the functions repeat in it; positions `(2, count / repeats)` of the first
-            time are returned.
-        known: values at some of them, equidistant as well.
-    """
-    own = count // repeats
-    is_new = np.ones(own, dtype=bool)
-    if known.size:
-        is_new[:: own // known.shape[1]] = False
-    (new,) = np.nonzero(is_new)
-    compared = new[:: max(1, new.size // _COMPARED)] if repeats > 1 else new[:0]
-    values = np.empty((2, own))
-    values[:, ~is_new] = known
-    found = energies.at(np.concatenate([new, compared + own]) * (period / count))
-    values[:, is_new], again = found[:, : new.size], found[:, new.size :]
-    allowed = _ROUNDING * EPS * energies.condition * energies.sizes
-    return values, bool(np.all(np.abs(again - values[:, compared]) <= allowed[:, None]))
+        own, known = count // repeats, values
+        new = np.flatnonzero(np.arange(own) % more)
+        # Of what repeats within the period, a few are compared with the next time.
+        again = new[:: max(1, new.size // _COMPARED)] if repeats > 1 else new[:0]
+        found = energies.at(np.concatenate([new, again + own]) * (period / count))
+        values = np.repeat(known, more, axis=1)
+        values[:, new] = found[:, : new.size]
+        off = np.abs(found[:, new.size :] - values[:, again])
+        if np.any(off > (energies.rounding * energies.sizes)[:, None]):
+            values, repeats = energies.at(np.arange(count) * (period / count)), 1
 
 
 class _Energies:
@@ -174,6 +152,11 @@ class _Energies:
         self._data = self._model.createData()
         self._has_weight = bool(np.any(solver.problem.gravity))
         self.condition, self.sizes = 1.0, np.zeros(2)
+
+    @property
+    def rounding(self) -> float:
+        """Part of inertia and force that may be rounding."""
+        return _ROUNDING * EPS * self.condition
 
     def at(self, positions: Array) -> Array:
         """Return inertia and force `(2, N)` at positions `(N,)` of the drive.

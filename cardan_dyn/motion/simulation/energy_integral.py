@@ -109,9 +109,9 @@ class EnergyIntegral:
             # Nothing says when it leaves an unstable equilibrium, but that it would for ever stay.
             self.doubt = np.inf if bend > self._error * self._scale else 0.0
             return
-        minima = self._minima() if self._is_pushed else []
+        minima, maxima = self._extremes() if self._is_pushed else ([], [])
         self._at_start = _Anchor(0.0, self._energy, self._force_at(0.0), False)
-        ends = self._ends(minima) if self._is_pushed else None
+        ends = self._ends(minima, maxima)
         self.swings = ends is not None
         if ends is None:
             self._refuse_speeding_up()
@@ -168,69 +168,58 @@ class EnergyIntegral:
         starts = np.array([self._start + zero])
         return float(self._force.gained(starts, np.array([way]))[0, 0])
 
-    def _minima(self) -> list[_Anchor]:
-        """Return where the kinetic energy is least, some periods to both sides, by their ways."""
+    def _extremes(self) -> tuple[list[_Anchor], list[float]]:
+        """Return where the kinetic energy is least and greatest, some periods to both sides."""
         count = max(_SCANNED, 4 * self._work.coefficients.shape[1])
         step = self._turn / count
         # Half a period to both sides: ways from the start have most digits beside it.
         indices = np.arange(-(count // 2), count - count // 2)
         forces = self._force.on_grid(self._start, count)[0][indices]
-        self._grid = step * indices
-        after = np.roll(forces, -1)
-        after[-1] = forces[0]
+        after = np.append(forces[1:], forces[0])
         changes = np.nonzero((forces < 0.0) != (after < 0.0))[0]
         sense = np.where(forces[changes] < 0.0, 1.0, -1.0)
-        low, slope = self._grid[changes], self._force.derivative()
+        low, slope = step * indices[changes], self._force.derivative()
 
         def force(ways: Array, chosen: Array) -> tuple[Array, Array]:
             positions = self._start + ways
             return sense[chosen] * self._force(positions)[0], sense[chosen] * slope(positions)[0]
 
         self._zeros = rising(force, low, low + step)
-        found = self._zeros[sense > 0.0]
+        found, tops = self._zeros[sense > 0.0], self._zeros[sense < 0.0]
         if not found.size:
-            return []
+            return [], []
         here = _Anchor(0.0, self._energy, self._force_at(0.0), False)
         trend = float(self._work.slope[0]) * self._turn
-        return [
-            _Anchor(float(way) + turns * self._turn, float(kinetic) + turns * trend, 0.0, False)
-            for turns in range(-_PERIODS, _PERIODS + 1)
-            for way, kinetic in zip(found, self._kinetic_beside(here, found), strict=True)
-        ]
+        kinetic = self._kinetic_beside(here, found)
+        minima, maxima = [], []
+        for turns in range(-_PERIODS, _PERIODS + 1):
+            places = zip(
+                (found + turns * self._turn).tolist(),
+                (kinetic + turns * trend).tolist(),
+                strict=True,
+            )
+            minima += [_Anchor(way, energy, 0.0, False) for way, energy in places]
+            maxima += (tops + turns * self._turn).tolist()
+        return minima, maxima
 
-    def _ends(self, minima: list[_Anchor]) -> tuple[_Anchor, _Anchor] | None:
+    def _ends(self, minima: list[_Anchor], maxima: list[float]) -> tuple[_Anchor, _Anchor] | None:
         """Return the ends of the swing, None if the drive turns through."""
-        count = len(self._grid)
-        work = self._work.on_grid(self._start, count)[0]
-        trend = float(self._work.slope[0]) * self._turn
-        turns, indices = np.divmod(np.arange(_PERIODS * count + 1), count)
         ends = []
         for sign in (-1.0, 1.0):
             if self._energy == 0.0 and sign * self._at_start.force < 0.0:
                 ends.append(self._at_start._replace(is_end=True))
                 continue
-            if sign > 0.0:
-                gained = work[indices] - work[0] + turns * trend
-            else:
-                gained = work[(-indices) % count] - work[0] - (turns + (indices > 0)) * trend
-            short = np.nonzero(self._energy + gained < 0.0)[0]
-            step = self._turn / count
             blocked = [item for item in minima if sign * item.way > 0.0 and item.kinetic < 0.0]
-            blocked.sort(key=lambda item: sign * item.way)
-            farthest = step * float(short[0]) if short.size else np.inf
-            inside = step * float(short[0] - 1) if short.size else 0.0
-            if blocked and sign * blocked[0].way < farthest:
-                # The only minimum between two positions, which it does not pass.
-                farthest = sign * blocked[0].way
-                inside = step * float(np.floor(farthest / step))
-            if farthest > _PERIODS * self._turn:
+            if not blocked:
                 return None
-            after = [item for item in blocked if sign * item.way >= farthest]
-            ends.append(self._end(sign, inside, farthest, after[0] if after else None))
+            # It falls from the last place where it is greatest.
+            first = min(blocked, key=lambda item: abs(item.way))
+            tops = [abs(way) for way in maxima if 0.0 < sign * way < abs(first.way)]
+            ends.append(self._end(sign, max(tops, default=0.0), first))
         return ends[0], ends[1]
 
-    def _end(self, sign: float, inside: float, beyond: float, minimum: _Anchor | None) -> _Anchor:
-        """Return where kinetic energy vanishes, between two distances from the start."""
+    def _end(self, sign: float, inside: float, minimum: _Anchor) -> _Anchor:
+        """Return where kinetic energy vanishes, from a distance from the start to a minimum."""
 
         def beside(anchor: _Anchor, sense: float) -> Callable[[Array, Array], tuple[Array, Array]]:
             def rising(distances: Array, chosen: Array) -> tuple[Array, Array]:
@@ -247,9 +236,9 @@ class EnergyIntegral:
 
             return rising
 
-        low, high = np.array([inside]), np.array([beyond])
+        low, high = np.array([inside]), np.array([abs(minimum.way)])
         way = sign * float(rising(beside(self._at_start, sign), low, high)[0])
-        if minimum is not None and abs(minimum.way - way) < abs(way):
+        if abs(minimum.way - way) < abs(way):
             # Counted from the start, the end of what hardly turns back has no digits.
             low, high = np.zeros(1), np.array([abs(minimum.way) - inside])
             distance = float(rising(beside(minimum, -sign), low, high)[0])

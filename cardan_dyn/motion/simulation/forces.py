@@ -92,19 +92,25 @@ class _OfState:
 
 def _takes_time_alone(label: str, function: Callable[..., Any]) -> bool:
     """Return whether a function takes the time alone, and not positions and speeds as well."""
+    needed = needs(function)
+    if needed in (None, 0, 1):
+        return True
+    if needed in (3, math.inf):
+        return False
+    raise ArgumentError(
+        f"{label}: a function of {needed} arguments, expected (time) or "
+        "(time, position, speed), the latter two by joint names"
+    )
+
+
+def needs(function: Callable[..., Any]) -> float | None:
+    """Return how many arguments a function needs, inf for any number, None if that is not known."""
     try:
         parameters = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):  # Some functions of compiled modules have none.
-        return True
+        return None
     kinds = [item.kind for item in parameters if item.default is inspect.Parameter.empty]
-    if inspect.Parameter.VAR_POSITIONAL in kinds or len(kinds) == 3:
-        return False
-    if len(kinds) <= 1:
-        return True
-    raise ArgumentError(
-        f"{label}: a function of {len(kinds)} arguments, expected (time) or "
-        "(time, position, speed), the latter two by joint names"
-    )
+    return math.inf if inspect.Parameter.VAR_POSITIONAL in kinds else len(kinds)
 
 
 class Forces:

@@ -69,6 +69,16 @@ class FreeBall(NamedTuple):
     after: pinocchio.SE3
 
     @property
+    def columns(self) -> slice:
+        """Columns of the angles in a row of the mechanism."""
+        return slice(self.column, self.column + 3)
+
+    @property
+    def rates_of(self) -> slice:
+        """Velocity coordinates, of both."""
+        return slice(self.rate, self.rate + 3)
+
+    @property
     def regular(self) -> Array:
         """Angles `(3,)` at which the axes are normal to each other."""
         return np.array([0.0, 0.5 * math.pi - self.lead, 0.0])
@@ -139,7 +149,7 @@ class FreeBall(NamedTuple):
         """
         x, y, z = near.tolist()
         phases, half = [0.5 * (x + z), 0.5 * (x - z)], 0.5 * (y + self.lead)
-        spins = [rates[self.rate : self.rate + 3] for _, rates in states]
+        spins = [rates[self.rates_of] for _, rates in states]
         turned = 0.5 * span * max(float(np.linalg.norm(spin)) for spin in spins)
         if turned > _SHORT:
             return None
@@ -193,7 +203,7 @@ class FreeBall(NamedTuple):
 
     def apart(self, x: Array) -> float:
         """Return the sine of the angle between the outer axes at coordinates of the mechanism."""
-        return abs(self._sines(x[self.column : self.column + 3])[0])
+        return abs(self._sines(x[self.columns])[0])
 
     def spin(self, angles: Array, rates: Array) -> Array:
         """Return the angular velocity `(3,)` in the body's frame of rates of the angles."""
@@ -350,7 +360,7 @@ class WithBalls:
         row = np.empty(self.coordinates.size)
         row[self._own_columns] = x[self._columns]
         for ball in self.balls:
-            row[ball.ball : ball.ball + 4] = ball.quaternion(x[ball.column : ball.column + 3])
+            row[ball.ball : ball.ball + 4] = ball.quaternion(x[ball.columns])
         return row
 
     def turns(self, x: Array, turns: Array) -> Array:
@@ -358,7 +368,7 @@ class WithBalls:
         result = np.zeros(self.coordinates.size)
         result[self._own_columns] = turns[self._columns]
         for ball in self.balls:
-            span = slice(ball.column, ball.column + 3)
+            span = ball.columns
             result[ball.ball : ball.ball + 3] = x[span] / (2.0 * np.pi) + turns[span]
         return result
 
@@ -366,8 +376,8 @@ class WithBalls:
         """Return velocities that are integrated for a state of the mechanism."""
         v = v.copy()
         for ball in self.balls:
-            span = slice(ball.rate, ball.rate + 3)
-            v[span] = ball.spin(x[ball.column : ball.column + 3], v[span])
+            span = ball.rates_of
+            v[span] = ball.spin(x[ball.columns], v[span])
         return v
 
     def positions(self, row: Array, turns: Array) -> Array:
@@ -381,7 +391,7 @@ class WithBalls:
         x[self._columns] = (row + 2.0 * np.pi * turns)[self._own_columns]
         for ball in self.balls:
             near = 2.0 * np.pi * turns[ball.ball : ball.ball + 3]
-            x[ball.column : ball.column + 3] = ball.nearest(row, near)
+            x[ball.columns] = ball.nearest(row, near)
         return x
 
     def rates(self, x: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
@@ -394,7 +404,7 @@ class WithBalls:
         """
         v, a, exist = v.copy(), a.copy(), np.ones(len(v), dtype=bool)
         for ball in self.balls:
-            span, angles = slice(ball.rate, ball.rate + 3), x[ball.column : ball.column + 3]
+            span, angles = ball.rates_of, x[ball.columns]
             v[span], a[span], exists = ball.rates(angles, v[span], a[span])
             exist[[ball.rate, ball.rate + 2]] = exists
         return v, a, exist
@@ -425,9 +435,9 @@ class WithBalls:
         """Return efforts `(nv,)` along what is integrated, of those along the coordinates `x`."""
         efforts = efforts.copy()
         for ball in self.balls:
-            span = slice(ball.rate, ball.rate + 3)
+            span = ball.rates_of
             if np.any(efforts[span]):
-                efforts[span] = ball.moment(x[ball.column : ball.column + 3], efforts[span])
+                efforts[span] = ball.moment(x[ball.columns], efforts[span])
         return efforts
 
     def regular(self, model: Any, x: Array, row: Array, v: Array) -> tuple[Array, Array]:
@@ -446,15 +456,15 @@ class WithBalls:
             turn = pinocchio.Quaternion(row[ball.ball : ball.ball + 4]).matrix()
             rotation = pinocchio.SE3(turn, np.zeros(3))
             model.jointPlacements[ball.hinge] = ball.before * rotation * ball.after
-            x[ball.column : ball.column + 3] = ball.regular
-            v[ball.rate : ball.rate + 3] = (ball.axes @ v[ball.rate : ball.rate + 3])[::-1]
+            x[ball.columns] = ball.regular
+            v[ball.rates_of] = (ball.axes @ v[ball.rates_of])[::-1]
         return x, v
 
     def regular_moments(self, efforts: Array) -> Array:
         """Return efforts along what is integrated, of those at a `regular` configuration."""
         efforts = efforts.copy()
         for ball in self.balls:
-            span = slice(ball.rate, ball.rate + 3)
+            span = ball.rates_of
             efforts[span] = efforts[span][::-1] @ ball.axes
         return efforts
 
@@ -566,12 +576,9 @@ def _free_ball(
     # The turn about b that leads from a to c; across x b = -a.
     lead = math.atan2(-float(c @ across), float(c @ a))
     turn = np.array([*(math.sin(0.5 * lead) * b), math.cos(0.5 * lead)])
+    led = quaternion_product(np.eye(4), turn[None])
     basis = np.array([a, b, across])
-    to_parts = np.empty((4, 4))
-    for index, unit in enumerate(np.eye(4)):
-        led = quaternion_product(unit[None], turn[None])[0]
-        first, second_part, third_part = basis @ led[:3]
-        to_parts[:, index] = led[3], first, second_part, third_part
+    to_parts = np.vstack([led[:, 3], basis @ led[:, :3].T])
     rotation = pinocchio.Quaternion(turn).matrix()
     before = model.jointPlacements[hinge] * pinocchio.SE3(
         zero.rotation, _meeting(model, hinge, axes)[0]

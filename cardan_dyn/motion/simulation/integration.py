@@ -23,8 +23,6 @@ _FREE_OF_STAGES = {"DOP853": (1.0 / 3.0, 0.6), "Radau": (0.155, 0.645)}
 _SHORTEST = 0.2
 """Shortest step over a crossing, in those around it: a shorter one has its stages so near that
 their rounding is taken for its error."""
-_MOST_PLACED = 8
-"""Steps that are tried until one is placed so."""
 _TRIED = 24
 """Steps after which it is looked whether equations are stiff, then again each time there are twice
 as many; and after which it is looked whether an implicit method was worth its price."""
@@ -321,9 +319,8 @@ class Integration:
         before, after = _FREE_OF_STAGES[self.method]
         # Crossings are led to the middle, but for half of the way to a stage.
         lead, within = 0.5 * (before + after), 0.25 * (after - before)
-        for _ in range(_MOST_PLACED):
-            if crossing is None or crossing <= start:
-                break
+        farthest = np.inf
+        while crossing is not None and crossing > start:
             crosses = (crossing - start) / lead <= length * (1.0 + within)
             if crosses:
                 length = (crossing - start) / lead
@@ -346,10 +343,13 @@ class Integration:
             crossing = crossings.time(placed.dense, start, placed.end)
             if crossing is None or not crossings.is_one(placed.dense(crossing)):
                 break
-            if abs(crossing - start - lead * length) <= within * length:
+            last, farthest = farthest, abs(crossing - start - lead * length) / length
+            if farthest <= within:
                 self._stepper = self._begun(length) if loosely else tried
                 placed.crosses = True
                 return placed
+            if not farthest < last:
+                break
         return step
 
     def _looks_stiff(self, time: float, y: Array, length: float) -> bool:

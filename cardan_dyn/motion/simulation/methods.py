@@ -25,10 +25,6 @@ from .stiffness import judged, limited, modes, settled
 from .system import System
 from .trajectory import PER_PERIOD, Course, Trajectory
 
-_GROWS = 100.0
-"""Growth of errors from which on a motion lingers: any that swings has a few times as much."""
-_STEP_ERRORS = 50.0
-"""Error of the energy that steps add up to, in relative tolerances."""
 _MOST_SAMPLES = 20_000
 """Greatest number of these times; `Trajectory.at` gives others."""
 
@@ -86,31 +82,28 @@ def _lingering(setup: Setup, run: Run) -> list[str]:
     """
     problem, times = setup.solver.problem, run.times
     drives = problem.independent
-    if len(drives) > 1 or setup.motions or setup.forces.has_functions or setup.contacts:
-        return []
-    if len(times) < 2:
+    is_told = setup.motions or setup.forces.has_functions or setup.contacts
+    if len(drives) > 1 or is_told or len(times) < 2:
         return []
     alone = run.drives_alone(times)
     (own,) = problem.mechanism.coordinates.rates_of(drives)
     speeds = run.rows(times).v[:, own] if alone is None else alone.v[:, 0]
-    if not np.any(speeds):
-        return []
     accelerations = np.gradient(speeds, times)
-    rate = float(np.max(np.abs(accelerations)) / np.max(np.abs(speeds)))
-    if not rate > 0.0:
-        return []
-    # Zero where it rests: distance from all equilibria, in rad/s.
-    distance = np.hypot(speeds, accelerations / rate)
-    later = np.maximum.accumulate(distance[::-1])[::-1]
-    # Damping may bring it to rest where nothing grows any more.
-    earlier = np.maximum.accumulate(distance) if setup.forces.is_constant else later
-    fastest = np.maximum(earlier, later)
+    # What never moves, or never gains speed, has no rate, and does not grow.
     with np.errstate(divide="ignore", invalid="ignore"):
+        rate = np.max(np.abs(accelerations)) / np.max(np.abs(speeds))
+        # Zero where it rests: distance from all equilibria, in rad/s.
+        distance = np.hypot(speeds, accelerations / rate)
+        later = np.maximum.accumulate(distance[::-1])[::-1]
+        # Damping may bring it to rest where nothing grows any more.
+        earlier = np.maximum.accumulate(distance) if setup.forces.is_constant else later
+        fastest = np.maximum(earlier, later)
+        swings = fastest / rate
         growth = np.nan_to_num((fastest / distance) * (later / distance), nan=0.0)
     worst = int(np.argmax(growth))
-    off = _STEP_ERRORS * setup.rtol * float(growth[worst]) * float(fastest[worst]) / rate
-    # Half of the digits that were asked for are told as lost.
-    if off < np.sqrt(setup.rtol) or growth[worst] < _GROWS:
+    # It is told where half of the digits that were asked for are lost, of a swing or of a radian.
+    off = setup.rtol * float(growth[worst]) * min(float(swings[worst]), 1.0)
+    if not off > setup.rtol**0.5:
         return []
     size = f"be off by {off:.0e} rad" if off < 1.0 else "be any other motion"
     return [

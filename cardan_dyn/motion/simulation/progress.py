@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 import time as clock
 from typing import Any
 
 from ...kit.checks import described
 from ...kit.errors import ArgumentError
 from ...kit.time_left import Task
+from .forces import needs
 
 INTERRUPTED = "interrupted"
 """Reason of a simulation that Ctrl-C ended before its time."""
@@ -41,21 +41,19 @@ class Progress:
         self._wanted = wanted
         self._task: Task | None = None
         self.notes: tuple[str, ...] = ()
-        self._takes_note = self._function is not None and _takes_two(self._function)
+        self._takes_note = self._function is not None and needs(self._function) == 2
         self._steps, self._mark = 0, (0.0, clock.monotonic())
         if self._function is None and not (wanted is None or isinstance(wanted, bool)):
             raise ArgumentError(f"progress is {described(wanted)}, expected a bool or a function")
 
     def show(self, time: float) -> None:
         """Show that a time was reached [s]."""
-        if self._function is not None and self._takes_note:
-            self._function(time / self._duration, "; ".join(self.notes))
-        elif self._function is not None:
-            self._function(time / self._duration)
+        note = "; ".join(self.notes)
+        if self._function is not None:
+            self._function(time / self._duration, *[note] * self._takes_note)
         elif self._wanted is not False:
-            if self._task is None:
-                self._task = Task("simulation", self._duration, self._wanted)
-            self._task.tell(time, "; ".join(self.notes))
+            self._task = self._task or Task("simulation", self._duration, self._wanted)
+            self._task.tell(time, note)
 
     def step(self, time: float) -> None:
         """Show that a step reached a time [s], and reckon how many there will be."""
@@ -78,19 +76,3 @@ class Progress:
         """Take the line off."""
         if self._task is not None:
             self._task.close()
-
-
-def _takes_two(function: Any) -> bool:
-    """Return whether a function has to be given two arguments."""
-    try:
-        parameters = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):  # Some functions of compiled modules have none.
-        return False
-    needed = [
-        item
-        for item in parameters
-        if item.default is inspect.Parameter.empty
-        and item.kind
-        in (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    ]
-    return len(needed) == 2

@@ -17,12 +17,8 @@ from ...kit.arrays import EPS, Array
 Rates = Callable[[Array], Array]
 """Time derivative of a row."""
 
-_EXCITED = 10.0
-"""Amplitude of a mode, in tolerances, from which on steps have to follow it."""
 _FAST = 30.0
 """How much faster than all that is excited a mode has to be to make a system stiff."""
-_NEARLY = 2.0
-"""Step of DOP853 times the frequency of a mode from which on it may be what limits the step."""
 _STRAIGHT = 0.1
 """Part of a difference by which it is checked whether rates are straight over it, and greatest
 change of them by that, as a fraction."""
@@ -50,8 +46,8 @@ class Modes(NamedTuple):
 
     @property
     def is_excited(self) -> Array:
-        """Which modes the row excites `(n,)`."""
-        return np.asarray(self.amplitudes > _EXCITED)
+        """Which modes the row excites `(n,)`, so that steps have to follow them."""
+        return np.asarray(self.amplitudes > 1.0)
 
 
 def jacobian(rates: Rates, y: Array, unit: Array) -> Array:
@@ -163,7 +159,8 @@ def limited(found: Modes, length: float, remaining: float, speed: float) -> bool
         speed: greatest speed of a joint [rad/s].
     """
     greatest = float(np.max(np.abs(found.values), initial=0.0))
-    return length * greatest > _NEARLY and judged(found, remaining, speed).is_stiff
+    # Much shorter steps are not limited by the fastest mode.
+    return length * greatest > 1.0 and judged(found, remaining, speed).is_stiff
 
 
 def settled(

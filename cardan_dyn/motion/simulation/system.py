@@ -162,7 +162,7 @@ class System:
         """Return the time derivative of a row."""
         self.evaluations += 1
         x, v = y[: self.size], y[self.size :]
-        efforts = None if self._forces.is_nothing else self._efforts(time, x, v)
+        efforts = None if self._forces.is_nothing else self._efforts(time, y)
         prescribed = None
         if self._motions:
             prescribed = np.zeros(len(self.model.prescribed))
@@ -170,19 +170,26 @@ class System:
                 prescribed[index] = motion(time)[2]
         return self._rates_of(x, v, efforts, prescribed)
 
-    def _efforts(self, time: float, x: Array, v: Array) -> Array:
+    def _read(self, y: Array, turns: Array) -> tuple[Array, Array]:
+        """Return the mechanism's coordinates, all turns counted, and their rates, of a row."""
+        x, v = y[: self.size], y[self.size :]
+        if self._free is None:
+            return x + 2.0 * np.pi * turns, v
+        counted = self._free.positions(self.unit(x), turns)
+        rates, *_ = self._free.rates(counted, v, np.zeros_like(v))
+        return counted, rates
+
+    def _efforts(self, time: float, y: Array) -> Array:
         """Return what acts along all velocities `(nv,)`."""
         forces, free, data = self._forces, self._free, self._data
         if self._reads_balls:
-            x = self.unit(x)
+            y = np.concatenate((self.unit(y[: self.size]), y[self.size :]))
+        counted, rates = self._read(y, self.turns)
         if free is None:
-            counted = x + 2.0 * np.pi * self.turns
-            return forces.efforts(self.physical, data, time, counted, v)
-        counted = free.positions(x, self.turns)
-        rates, *_ = free.rates(counted, v, np.zeros_like(v))
+            return forces.efforts(self.physical, data, time, counted, rates)
         efforts = free.efforts(counted, forces.along_coordinates(time, counted, rates))
         if forces.act_on_links:
-            placed = self.placed(x, v)
+            placed = self.placed(y[: self.size], y[self.size :])
             on_links = forces.on_links(self.physical, data, time, *placed, counted, rates)
             efforts += free.regular_moments(on_links)
         return efforts
@@ -198,12 +205,10 @@ class System:
         """
         if not self._reads_angles or self._free is None:
             return ""
-        counted = self._free.positions(self.unit(y[: self.size]), turns)
+        counted, rates = self._read(y, turns)
         locked = [ball for ball in self._free.balls if ball.apart(counted) < apart]
         if not locked:
             return ""
-        v = y[self.size :]
-        rates, *_ = self._free.rates(counted, v, np.zeros_like(v))
         efforts = self._forces.along_coordinates(time, counted, rates)
         names = {item.rate: name for name, item in self.mechanism.coordinates.named.items()}
         for ball in locked:
@@ -320,8 +325,7 @@ class System:
         """Return whether forces saw other angles at a step's end than those it led to."""
         if not self._reads_angles or self._free is None:
             return False
-        x = self.unit(y[: self.size])
-        seen, true = (self._free.positions(x, item) for item in (self.turns, turns))
+        seen, true = (self._read(y, item)[0] for item in (self.turns, turns))
         return bool(np.max(np.abs(seen - true)) > 1.0)
 
     def rows(self, y: Array, turns: Array, rates: Array) -> Rows:
@@ -339,8 +343,5 @@ class System:
 
     def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
         """Return positions and speeds by name of a row."""
-        x, v = y[: self.size] + 2.0 * np.pi * turns, y[self.size :]
-        if self._free is not None:
-            x = self._free.positions(self.unit(y[: self.size]), turns)
-            v, *_ = self._free.rates(x, v, np.zeros_like(v))
+        x, v = self._read(y, turns)
         return self._names.positions(x), self._names.speeds(v)

@@ -61,11 +61,8 @@ _EXACT, _INTEGRATED = 1e-8, 1e-5
 """Differences of positions from the integrals of speeds over time, as fractions of the way, that
 are refused: of a quadrature, and of steps at most as exact as that."""
 _OF_STEPS = 100.0
-"""Such a difference of steps, in relative tolerances."""
-_OF_ABSOLUTE = 10.0
-"""Absolute tolerances of steps by which states may be off, however little they move."""
-
-
+"""Such a difference of steps, in relative tolerances; and the absolute tolerances by which states
+may be off, however little they move."""
 _FAR_BEYOND = 1e3
 """Energy residual, in tolerances of a step, above which notes tell of it."""
 PER_PERIOD = 64
@@ -176,7 +173,7 @@ class Course:
         run, times = self.run, self.run.times
         if run.is_exact:
             times = np.linspace(0.0, min(run.period, float(times[-1])), PER_PERIOD // 2 + 1)
-        off = ROUNDED if run.is_exact else _OF_ABSOLUTE * self.setup.atol
+        off = ROUNDED if run.is_exact else _OF_STEPS * self.setup.atol
         return Continuity(
             look,
             times,
@@ -458,11 +455,8 @@ class Trajectory(MotionResult):
         """
         if self._solved[0] is not None:
             return self._solved[0].motion
-        nothing = np.full((len(self), len(self.mechanism.coordinates.rate_scale), 1), np.nan)
-        ratios = VelocityRatios.of(np.repeat(nothing, len(self.coordinates), axis=2))
-        rows = self._rows
-        a = np.full_like(rows.a, np.nan)
-        rates = rows.v, a, ratios
+        rows, shape = self._rows, (*self._rows.v.shape, len(self.coordinates))
+        rates = rows.v, np.full_like(rows.a, np.nan), VelocityRatios.of(np.full(shape, np.nan))
         return Motion(self.mechanism, self.coordinates, rows.x, rows.turns, rates)
 
     @property
@@ -568,10 +562,13 @@ class Trajectory(MotionResult):
     def _run_motion(self, sweep: Sweep, known: Array) -> Motion:
         """Return the motion at all times, of which some are solved."""
         motion, rows = sweep.motion, self._rows
-        a, x, v = np.full_like(rows.a, np.nan), rows.x.copy(), rows.v.copy()
-        turns = rows.turns.copy()
-        x[known], turns[known] = motion.x, motion.turns
-        v[known], a[known] = motion.v, motion.a
+        x, turns, v, a = (
+            rows.x.copy(),
+            rows.turns.copy(),
+            rows.v.copy(),
+            np.full_like(rows.a, np.nan),
+        )
+        x[known], turns[known], v[known], a[known] = motion.x, motion.turns, motion.v, motion.a
         ratios = motion.velocity_ratios
         values = np.full((len(self), ratios.values.shape[1]), np.nan)
         values[known] = ratios.values
@@ -786,7 +783,7 @@ class Trajectory(MotionResult):
         rows, bodies = self._rows, self._rows.bodies
         known = rows.exist.copy()
         for ball in bodies.mechanism.balls if bodies else ():
-            angles, rates = slice(ball.column, ball.column + 3), slice(ball.rate, ball.rate + 3)
+            angles, rates = ball.columns, ball.rates_of
             for index, spin in enumerate(bodies.v[:, rates] if bodies else ()):
                 off = ball.spin(rows.x[index, angles], rows.v[index, rates]) - spin
                 if not np.max(np.abs(off)) <= NOTHING * np.max(np.abs(spin)):
