@@ -154,8 +154,8 @@ def _rows_at(motions: Mapping[str, Motion], time: float) -> str:
     return ", ".join(f"{name} = {item(time)[0]:.6g}" for name, item in motions.items())
 
 
-class _OfMachine:
-    """A run of what follows tasks, as one of the machine; see `Run`.
+class _OfMachine(Run):
+    """A run of what follows tasks, as one of the machine.
 
     Attributes:
         columns, rates: where the machine's coordinates and velocities are among the follower's.
@@ -183,29 +183,22 @@ class _OfMachine:
             self.columns[span] = np.r_[other.columns[name]]
         for name, span in own.velocity_columns.items():
             self.rates[span] = np.r_[other.velocity_columns[name]]
+        self.boundless = frozenset(np.flatnonzero(np.isin(self.rates, [*run.boundless])).tolist())
         self._blocks = [
             (block, other.columns_of(block.drives), other.rates_of(block.drives))
             for block in blocks
         ]
 
-    @property
-    def boundless(self) -> frozenset[int]:
-        """See `Run.boundless`."""
-        own = {rate: index for index, rate in enumerate(self.rates.tolist())}
-        return frozenset(own[rate] for rate in self._run.boundless if rate in own)
-
     def late(self, times: Array) -> Array:
         """See `Run.late`."""
         return self._run.late(times)
-
-    def drives_alone(self, times: Array) -> None:
-        """See `Run.drives_alone`."""
 
     def rows(self, times: Array, drives: States | None = None) -> Rows:
         """See `Run.rows`."""
         rows = self._run.rows(times)
         x, turns = rows.x[:, self.columns], rows.turns[:, self.columns]
-        return Rows(x, turns, *(part[:, self.rates] for part in (rows.v, rows.a, rows.exist)))
+        v, a, exist = (part[:, self.rates] for part in (rows.v, rows.a, rows.exist))
+        return Rows(x, turns, v, a, exist)
 
     def given(self, times: Array) -> States:
         """Return how rows of the tasks move at times `(N,)`."""

@@ -20,9 +20,6 @@ FINEST = 2.5e-14
 """Least relative tolerance: below, steps cannot be judged in rounding arithmetic."""
 _FREE_OF_STAGES = {"DOP853": (1.0 / 3.0, 0.6), "Radau": (0.155, 0.645)}
 """Longest part of a step in which the method has no stage, as fractions of it."""
-_SHORTEST = 0.2
-"""Shortest step over a crossing, in those around it: a shorter one has its stages so near that
-their rounding is taken for its error."""
 _TRIED = 24
 """Steps after which it is looked whether equations are stiff, then again each time there are twice
 as many; and after which it is looked whether an implicit method was worth its price."""
@@ -301,6 +298,9 @@ class Integration:
         begun = self.points[-1]
         start, y, length = begun.time, begun.y, step.end - step.start
         crossing: float | None
+        before, after = _FREE_OF_STAGES[self.method]
+        # Crossings are led to the middle, but for half of the way to a stage.
+        lead, within = 0.5 * (before + after), 0.25 * (after - before)
         if self._ahead is not None:
             crossing, length, shortest = self._ahead
         elif crossings.may_be_near:
@@ -312,13 +312,11 @@ class Integration:
                 return y + (time - start) * (begun.rate + (time - start) * bend)
 
             crossing = crossings.time(ahead, start, start + length)
-            shortest = _SHORTEST * length
+            # The stages of a shorter step are so near that their rounding is taken for its error.
+            shortest = within * length
         else:
             return step
         self._ahead = None
-        before, after = _FREE_OF_STAGES[self.method]
-        # Crossings are led to the middle, but for half of the way to a stage.
-        lead, within = 0.5 * (before + after), 0.25 * (after - before)
         farthest = np.inf
         while crossing is not None and crossing > start:
             crosses = (crossing - start) / lead <= length * (1.0 + within)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 
@@ -18,71 +17,55 @@ from .integration import Integration
 from .system import Rows, System
 
 
-class Run(Protocol):
-    """What a method of simulation found."""
+class Run:
+    """What a method of simulation found; by itself, of steps with a tolerance.
 
-    @property
-    def times(self) -> Array:
-        """Times of its own steps `(N,)` [s]."""
-        ...
+    Attributes:
+        times: of its own steps `(N,)` [s].
+        period: time after which speeds, and the work done since time 0, come back [s]; inf if
+            never.
+        is_exact: whether states are exact to rounding, and not to the tolerance of steps.
+        boundless: velocity coordinates whose values have no bound: angles that are read off
+            rotations.
+    """
 
-    @property
-    def period(self) -> float:
-        """Time after which speeds, and the work done since time 0, come back [s]; inf if never."""
-        ...
-
-    @property
-    def is_exact(self) -> bool:
-        """Whether states are exact to rounding, and not to the tolerance of steps."""
-        ...
-
-    @property
-    def boundless(self) -> frozenset[int]:
-        """Velocity coordinates whose values have no bound: angles that are read off rotations."""
-        ...
+    times: Array
+    period = np.inf
+    is_exact = False
+    boundless: frozenset[int] = frozenset()
 
     def late(self, times: Array) -> Array:
         """Return by how much rounding of time may move what happens at times `(N,)` [s]."""
-        ...
+        return np.zeros_like(times)
 
     def drives_alone(self, times: Array) -> States | None:
         """Return the drives at times, turns counted; None if all coordinates are needed for it."""
-        ...
+        return None
 
     def rows(self, times: Array, drives: States | None = None) -> Rows:
         """Return the states at times within the run; `drives` is what `drives_alone` returned."""
-        ...
+        raise NotImplementedError
 
 
-class ConstrainedRun:
-    """States that were integrated in all coordinates; see `Run`."""
+class ConstrainedRun(Run):
+    """States that were integrated in all coordinates."""
 
     def __init__(self, integration: Integration, system: System) -> None:
         self._integration, self._system = integration, system
         self.times = integration.times
-        self.period, self.is_exact = np.inf, False
-
-    @property
-    def boundless(self) -> frozenset[int]:
-        """See `Run.boundless`."""
-        mechanism = self._system.model.mechanism
+        mechanism = system.model.mechanism
         balls = mechanism.balls if isinstance(mechanism, WithBalls) else ()
-        return frozenset(ball.rate + k for ball in balls for k in range(3))
-
-    def late(self, times: Array) -> Array:
-        """See `Run.late`; steps are as long as their ends are apart."""
-        return np.zeros_like(times)
-
-    def drives_alone(self, times: Array) -> None:
-        """See `Run.drives_alone`."""
+        self.boundless = frozenset(
+            rate for ball in balls for rate in range(ball.rate, ball.rate + 3)
+        )
 
     def rows(self, times: Array, drives: States | None = None) -> Rows:
         """See `Run.rows`."""
         return self._system.rows(*self._integration.columns(times))
 
 
-class OneCoordinateRun:
-    """States that follow from the motion of the only drive; see `Run`."""
+class OneCoordinateRun(Run):
+    """States that follow from the motion of the only drive."""
 
     def __init__(
         self,
@@ -100,13 +83,12 @@ class OneCoordinateRun:
             integral: whose law it is; None if it was integrated.
         """
         self._solver, self.times, self._law, self._integral = solver, times, law, integral
-        self.period = integral.period if integral else np.inf
-        self.is_exact = integral is not None
-        self.boundless: frozenset[int] = frozenset()
+        if integral:
+            self.period, self.is_exact = integral.period, True
 
     def late(self, times: Array) -> Array:
         """See `Run.late`."""
-        return self._integral.late(times) if self._integral else np.zeros_like(times)
+        return self._integral.late(times) if self._integral else super().late(times)
 
     def drives_alone(self, times: Array) -> States:
         """See `Run.drives_alone`; no loop has to be closed for it."""

@@ -11,15 +11,12 @@ import numpy as np
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.problem.samples import Targets
 from ...core.results.collect import motion_at
-from ...kit.arrays import Array
+from ...kit.arrays import ROUNDED, Array
 from ...kit.periodic import Fourier
 from .energy_functions import EnergyFunctions, NotSuitableError
 from .forces import Forces, Named, StateNames
 from .integration import Equations
 from .turning_model import turning_model
-
-_UNRESOLVED = 100.0
-"""Greatest tail of the joints' coefficients, in errors of the inertia's."""
 
 
 class ScalarEquation(Equations):
@@ -95,7 +92,7 @@ def _table(solver: ProblemSolver, functions: EnergyFunctions) -> Fourier:
     sizes = np.max(np.abs(joints.coefficients), axis=1), np.max(np.abs(x), axis=0, initial=0.0)
     unresolved = joints.tail() * sizes[0]
     greatest = np.concatenate([sizes[1], np.max(np.abs(motion.v), axis=0)])
-    if np.any(unresolved > _UNRESOLVED * functions.error * greatest):
+    if np.any(unresolved > max(ROUNDED, functions.error) * greatest):
         raise NotSuitableError("joint positions are less even than the inertia")
     rows = [inertia.coefficients, inertia.derivative().coefficients, force.coefficients]
     table = np.concatenate([*rows, joints.coefficients])
