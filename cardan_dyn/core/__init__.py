@@ -77,6 +77,7 @@ OFFERED = {
         "AROUND",
         "CLOSURE_TOLERANCE",
         "CONFIGURATIONS",
+        "LONGEST_WAY",
         "SAFE_CORRECTION",
         "SINGULAR_CONDITION",
     ),
