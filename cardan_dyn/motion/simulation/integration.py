@@ -381,22 +381,15 @@ class Integration:
     def on(self, step: Step, time: float) -> Point:
         """Return the point at a time on one step."""
         with self._within(step):
-            y, turns = self._row(step, time)
+            y, turns = self.row_on(step, time)
             self.equations.turns = turns
             return Point(time, y, turns, self.equations.derivative(time, y))
 
     def row_on(self, step: Step, time: float) -> tuple[Array, Array]:
         """Return the row at a time on one step, and its turns."""
         with self._within(step):
-            return self._row(step, time)
-
-    def _row(self, step: Step, time: float) -> tuple[Array, Array]:
-        y = step.dense(time)
-        if step.crosses:
-            y = self.equations.restored(time, y, crosses=True)
-        else:
-            y = self.equations.restored(time, y)
-        return y, self._followed(step, time, y)
+            y = self.equations.restored(time, step.dense(time), crosses=step.crosses)
+            return y, self._followed(step, time, y)
 
     def _followed(self, step: Step, time: float, y: Array) -> Array:
         """Return the turns of a row at a time on a step."""

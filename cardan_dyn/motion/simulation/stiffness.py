@@ -17,8 +17,13 @@ from ...kit.arrays import EPS, Array
 Rates = Callable[[Array], Array]
 """Time derivative of a row."""
 
+_EXCITED = 10.0
+"""Amplitude of a mode, in tolerances, from which on steps have to follow it."""
 _FAST = 30.0
 """How much faster than all that is excited a mode has to be to make a system stiff."""
+_NEARLY = 2.0
+"""Step of DOP853 times the frequency of a mode from which on it may be what limits the step."""
+_SETTLING_STEPS = 8
 _STRAIGHT = 0.1
 """Part of a difference by which it is checked whether rates are straight over it, and greatest
 change of them by that, as a fraction."""
@@ -46,8 +51,8 @@ class Modes(NamedTuple):
 
     @property
     def is_excited(self) -> Array:
-        """Which modes the row excites `(n,)`, so that steps have to follow them."""
-        return np.asarray(self.amplitudes > 1.0)
+        """Which modes the row excites `(n,)`."""
+        return np.asarray(self.amplitudes > _EXCITED)
 
 
 def jacobian(rates: Rates, y: Array, unit: Array) -> Array:
@@ -122,7 +127,7 @@ class Judgement(NamedTuple):
         if self.frequency:
             advice = "settle=True starts where fast modes rest"
             if settle:
-                advice = "settle=True did not bring it to rest"
+                advice = f"settle=True did not bring it to rest in {_SETTLING_STEPS} steps"
             notes.append(
                 f"oscillatory: the start rings at {self.frequency:.6g} Hz, which steps have to "
                 f"follow; {advice}"
@@ -159,8 +164,7 @@ def limited(found: Modes, length: float, remaining: float, speed: float) -> bool
         speed: greatest speed of a joint [rad/s].
     """
     greatest = float(np.max(np.abs(found.values), initial=0.0))
-    # Much shorter steps are not limited by the fastest mode.
-    return length * greatest > 1.0 and judged(found, remaining, speed).is_stiff
+    return length * greatest > _NEARLY and judged(found, remaining, speed).is_stiff
 
 
 def settled(
@@ -184,15 +188,14 @@ def settled(
         tolerance: see `modes`.
         speed: of joints [rad/s], which counts as the rate of a slow mode.
     """
-    farthest = np.inf
-    while True:
+    for _ in range(_SETTLING_STEPS):
         found = modes(rates, y, unit, tolerance)
         is_fast = np.abs(found.values) > _gap(np.abs(found.values), speed)
-        before, farthest = farthest, float(np.max(found.amplitudes[is_fast], initial=0.0))
-        if not 0.1 < farthest < before:
-            return y
+        if not np.any(is_fast & (found.amplitudes > 0.1)):
+            break
         step = found.vectors[:, is_fast] @ (found.shares[is_fast] / found.values[is_fast])
         y = restored(y - step.real)
+    return y
 
 
 def _gap(sizes: Array, speed: float) -> float:

@@ -52,11 +52,6 @@ if TYPE_CHECKING:
     from ...core.results.rods import RodForce
 
 
-_GREATEST_ERROR = 1e-6
-"""Effort residual above which accelerations and wrenches are refused. Away from singular
-configurations it is rounding times the condition number."""
-
-
 _EXACT, _INTEGRATED = 1e-8, 1e-5
 """Differences of positions from the integrals of speeds over time, as fractions of the way, that
 are refused: of a quadrature, and of steps at most as exact as that."""
@@ -493,7 +488,8 @@ class Trajectory(MotionResult):
                     )
                 continue
             errors = part._effort_errors(sweep)
-            lost = errors > _GREATEST_ERROR
+            # Away from singular configurations, errors are rounding times the condition number.
+            lost = errors > np.sqrt(ROUNDED)
             if not np.any(lost):
                 break
             error = part._wrong_accelerations(sweep, errors)

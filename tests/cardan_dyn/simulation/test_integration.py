@@ -24,7 +24,7 @@ class Circle(Equations):
         late = self.decay * (math.cos(time) - y[3])
         return np.array([-y[1], y[0], 1.0, late])
 
-    def restored(self, time: float, y: np.ndarray) -> np.ndarray:
+    def restored(self, time: float, y: np.ndarray, *, crosses: bool = False) -> np.ndarray:
         """Return the point on the circle."""
         radius = math.hypot(y[0], y[1])
         return np.array([y[0] / radius, y[1] / radius, y[2], y[3]])
