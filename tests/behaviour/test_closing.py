@@ -14,7 +14,10 @@ import pytest
 import cardan_dyn as cd
 
 # The bar is drawn in a line, beside which it has two assemblies: scenes tell of both.
-pytestmark = pytest.mark.filterwarnings("ignore:.*two assemblies lie beside it")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:.*two assemblies lie beside it"),
+    pytest.mark.usefixtures("loaded_once"),
+]
 
 LINKS = """<robot name="bar"><link name="base"/>
 <link name="crank"><inertial><origin xyz="0.05 0 0"/><mass value="0.4"/>

@@ -21,7 +21,10 @@ from cardan_dyn.core.mechanism.tree import joint_model
 from cardan_dyn.scene.presets import PRESETS
 
 # Chains that are open at zero have two assemblies beside it, of which `describe` tells.
-pytestmark = pytest.mark.filterwarnings("ignore:.*two assemblies lie beside it")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:.*two assemblies lie beside it"),
+    pytest.mark.usefixtures("loaded_once"),
+]
 
 WEIGHT = np.array([0.3, -0.2, -9.0])
 
