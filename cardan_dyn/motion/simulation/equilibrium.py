@@ -150,7 +150,7 @@ def equilibrium(
             )
         place, is_there = _moved(statics, place)
         left -= 1
-        if statics.is_uneven:  # Narrow valleys are slow, and lead on.
+        if statics.is_slowed:  # Narrow valleys are slow, and lead on.
             sizes.clear()
     if not place.is_proven:
         place = statics.place(place.x, is_proven=True)
@@ -197,7 +197,7 @@ def _moved(statics: _Statics, place: _Place) -> tuple[_Place, bool]:
         step, length = step * (LONGEST_WAY / length), LONGEST_WAY
     whole = length
     shortest = 4.0 * EPS * (1.0 + float(np.abs(x).max()))
-    refused, statics.is_uneven = "", False
+    refused = ""
     while length > shortest:
         # About the square of a step is left behind it.
         is_near = length <= EPS ** (1.0 / 3.0)
@@ -213,10 +213,10 @@ def _moved(statics: _Statics, place: _Place) -> tuple[_Place, bool]:
         else:
             if left < size:
                 statics.is_cut = length < whole
+                statics.is_slowed = statics.is_cut and not refused
                 return found, left <= 4.0 * EPS * max(statics.greatest, statics.wrench)
             if size <= 1e-11 * statics.greatest:  # Rounding is all that is left.
                 return place, True
-            statics.is_uneven = True
         statics.is_cut, step, length = True, 0.25 * step, 0.25 * length
     if size <= max(NOTHING * statics.greatest, ROUNDED * statics.wrench):
         return place, True
@@ -237,7 +237,7 @@ class _Statics:
         greatest: greatest effort seen [N·m].
         wrench: greatest moment, or force by the characteristic length, seen in a joint [N·m].
         is_cut: whether the last step was shortened.
-        is_uneven: whether it was since more effort is needed beyond.
+        is_slowed: whether it was since more effort is needed beyond, and for nothing else.
     """
 
     def __init__(self, solver: ProblemSolver, acting: Acting, driven: Array) -> None:
@@ -252,7 +252,7 @@ class _Statics:
         )
         self._stencil = np.vstack([np.zeros_like(self.scale), displacements(self.scale)])
         self.greatest = self.wrench = 0.0
-        self.is_cut = self.is_uneven = False
+        self.is_cut = self.is_slowed = False
 
     def sweep(self, positions: Array) -> Sweep:
         """Return the scene at rest at positions `(N, f)`."""

@@ -20,6 +20,8 @@ from testkit.simulated import (
 from testkit.simulated import joint as pin
 
 import cardan_dyn as cd
+from cardan_dyn.core.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.core.problem.samples import Targets
 
 
 @pytest.fixture(scope="module")
@@ -145,6 +147,58 @@ def test_what_no_place_balances_is_no_equilibrium(part: float) -> None:
             (place,) = free.equilibrium(start).position
             held = driven.sweep([place]).drive_effort[0]
             assert held == pytest.approx(part * most, rel=1e-12)
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return how many positions each sweep is asked for."""
+    sizes: list[int] = []
+    assembled = ProblemSolver.assembled_in_turn
+
+    def counted(self: ProblemSolver, targets: Targets) -> object:
+        sizes.append(targets.size)
+        return assembled(self, targets)
+
+    monkeypatch.setattr(ProblemSolver, "assembled_in_turn", counted)
+    return sizes
+
+
+def test_a_search_for_what_is_not_there_ends(asked: list[int]) -> None:
+    """Nothing holds legs under a platform, which grow for ever; they begin where they can be."""
+    legs = [f"leg_{k}" for k in range(1, 7)]
+    scene = cd.Scene(cd.load("stewart_platform"), free=legs, gravity=(0.0, 0.0, -9.81))
+    with pytest.raises(cd.EquilibriumError, match="no equilibrium was found near the start; after"):
+        scene.equilibrium([0.0, 0.01, 0.02, 0.03, 0.04, 0.05])
+    assert len(asked) < 30
+    asked.clear()
+    with pytest.raises(cd.AssemblyError):
+        scene.equilibrium([-0.68, -0.83, -0.69, -0.93, -0.81, -0.72])
+    assert len(asked) == 1
+
+
+def test_a_narrow_valley_is_followed_however_slowly(asked: list[int]) -> None:
+    """Two bars on the end of a stiff spring; efforts hardly fall while these turn about it.
+
+    Steps that are too long are known by one position, not by those of differences.
+    """
+    bar = (
+        '<link name="{0}"><inertial><origin xyz="0.5 0 0"/><mass value="1"/>'
+        '<inertia ixx="0.01" iyy="0.1" izz="0.1"/></inertial></link>'
+    )
+    arm = cd.load(
+        f'<robot name="arm"><link name="ground"/>{bar.format("upper")}{bar.format("lower")}'
+        '<joint name="shoulder" type="continuous"><parent link="ground"/><child link="upper"/>'
+        '<axis xyz="0 1 0"/></joint><joint name="elbow" type="continuous"><parent link="upper"/>'
+        '<child link="lower"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/></joint></robot>'
+    )
+    spring = cd.PointSpring("ground", (1, 0, 0), "lower", (1, 0, 0), stiffness=1e7, length=1.0)
+    found = cd.Scene(
+        arm, free=["shoulder", "elbow"], gravity=(0.0, 0.0, -9.81), elements=[spring]
+    ).equilibrium([1.0, 1.0])
+    # The lower bar stands on the spring's foot, which gives way under half of both weights.
+    assert found.position == pytest.approx([1.4715e-6, -np.pi / 2], abs=2e-6)
+    assert sum(size > 1 for size in asked) < 150
+    assert np.max(np.abs(found.sweep.drive_effort)) < 1e-8
 
 
 @pytest.mark.parametrize("angle", [0.1, 0.5, 1.0])
