@@ -113,8 +113,11 @@ def contour_map(
     _draw_limit(axes, across, up, cells, limit, hatched=True)
     axes.set(xlabel=labels[0], ylabel=labels[1])
     if not np.all(np.isfinite(cells)):
+        from matplotlib.colors import ListedColormap
+
         missing = np.where(np.isfinite(cells), np.nan, 0.0)
-        axes.pcolormesh(across, up, missing.T, shading="nearest", cmap=_grey(), zorder=0)
+        grey = ListedColormap([_MISSING])
+        axes.pcolormesh(across, up, missing.T, shading="nearest", cmap=grey, zorder=0)
         axes.grid(visible=False)
     _name_missing(axes, cells)
     words = f"{words} [{shown}]" if unit else words
@@ -129,13 +132,6 @@ def _unit_of(label: str) -> tuple[str, str]:
 
 def _joined(*parts: str) -> str:
     return ", ".join(part for part in parts if part)
-
-
-def _grey() -> Any:
-    """Return a map of colours that knows one."""
-    from matplotlib.colors import ListedColormap
-
-    return ListedColormap([_MISSING])
 
 
 def _name_missing(axes: Any, cells: Array) -> None:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ...figures.style import (
+    Abscissa,
     Axes,
     Figure,
     Into,
     Size,
     angle_axis,
-    curve_style,
     heading,
     in_look,
     line_style,
@@ -253,10 +253,12 @@ def _view(
         ends = points[k : k + 2, chosen]
         panel.plot(*ends.T, color="0.35", linewidth=0.5, linestyle=(0, (8, 2, 1, 2)), zorder=4)
     for item in supports_or_none(line):
-        place, radius = _bearing_place(line, item)
+        k, found = item.shaft, line.geometry
+        along = item.distance if k else -item.distance
+        place = found.centres[max(k - 1, 0)] + along * found.directions[k]
         panel.plot(
             place[0] * unit,
-            (place[axis] - radius) * unit - scale * _MARKER / 2.0 / 72.0,
+            (place[axis] - shaft_radius(line, k)) * unit - scale * _MARKER / 2.0 / 72.0,
             marker="^",
             markersize=_MARKER,
             color="black",
@@ -352,14 +354,6 @@ def supports_or_none(line: LineData) -> tuple[Support, ...]:
         return ()
 
 
-def _bearing_place(line: LineData, item: Support) -> tuple[Array, float]:
-    """Return where a bearing is `(3,)`, and the radius of its shaft [m]."""
-    found, k = line.geometry, item.shaft
-    along = -item.distance if k == 0 else item.distance
-    place = found.centres[max(k - 1, 0)] + along * found.directions[k]
-    return place, shaft_radius(line, k)
-
-
 def _ticks(wording: Wording) -> Any:
     """Return what writes ticks with the decimal sign of the language."""
     from matplotlib.ticker import FuncFormatter
@@ -414,8 +408,7 @@ def over_angle(
     ]
     drawn = sheet(len(panels), size=(7.6, 9.6), share_x=True, ax=ax, figsize=figsize)
     for panel, (label, curves) in zip(drawn.panels, panels, strict=True):
-        for index, (name, values) in enumerate(curves):
-            panel.plot(angle, values, **curve_style(index, len(angle)), label=plain(name))
+        Abscissa(angle, "").draw(panel, dict(curves))
         panel.set_ylabel(label)
         panel.ticklabel_format(axis="y", useOffset=False)
         panel.legend(fontsize=SMALL, loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -20,26 +20,20 @@ from .bodies import Bodies
 from .commands import Color, Drawing, Pose, node_name
 from .load_shapes import draw_drives, draw_gravity, draw_loads, without_loads
 from .still import Still
-from .vectors import Vectors, collect, legible
+from .vectors import Vectors, collect, greatest, legible
 
-TORSION = Color.of("#c2185b", on_top=True, layer=4)
-BENDING = Color.of("#1b7f3b", on_top=True, layer=5)
-TOTAL = Color.of("#222222", on_top=True, layer=3)
-FORCE = Color.of("#5e35b1", on_top=True, layer=6)
-AXIAL = Color.of("#00838f", on_top=True, layer=5)
-SHEAR = Color.of("#b35900", on_top=True, layer=6)
 AXIS = Color.of("#5f6b7a", opacity=0.75, on_top=True, layer=1)
 LOOP = Color.of("#0091b3", opacity=0.9, on_top=True, layer=2)
 PATH = Color.of("#283593", opacity=0.9, on_top=True, layer=1)
 _LABEL = Color.of("#333333")
 
 COLORS = {
-    "torsion": TORSION,
-    "bending": BENDING,
-    "moment": TOTAL,
-    "force": FORCE,
-    "axial": AXIAL,
-    "shear": SHEAR,
+    "torsion": Color.of("#c2185b", on_top=True, layer=4),
+    "bending": Color.of("#1b7f3b", on_top=True, layer=5),
+    "moment": Color.of("#222222", on_top=True, layer=3),
+    "force": Color.of("#5e35b1", on_top=True, layer=6),
+    "axial": Color.of("#00838f", on_top=True, layer=5),
+    "shear": Color.of("#b35900", on_top=True, layer=6),
 }
 """Colours of the parts of wrenches, as arrows and as curves."""
 MEANINGS = {
@@ -240,7 +234,7 @@ class _Builder:
         if found is None:
             return
         scale, least = 1.0 / found.per_metre, NOTHING * found.per_metre * self._radius
-        shown = [item for item in vectors if item.greatest_moment > least]
+        shown = [item for item in vectors if greatest(item.moment) > least]
         drawn = self._draw_parts(shown, scale, PARTS["moment"]) if arrows else False
         traced = [self._draw_trace(item, scale) for item in shown if item.name in turning]
         if drawn or any(traced):
@@ -256,13 +250,13 @@ class _Builder:
 
     def _scale_of(self, kind: str, unit: str, vectors: list[Vectors]) -> Scale | None:
         """Return how long arrows of forces or moments are; None where these are rounding."""
-        force = max((item.greatest_force for item in vectors), default=0.0)
-        moment = max((item.greatest_moment for item in vectors), default=0.0)
-        greatest = force if kind == "force" else moment
-        if not greatest > NOTHING * together(force, moment, self._radius)[unit]:
+        force = max((greatest(item.force) for item in vectors), default=0.0)
+        moment = max((greatest(item.moment) for item in vectors), default=0.0)
+        most = force if kind == "force" else moment
+        if not most > NOTHING * together(force, moment, self._radius)[unit]:
             return None
         longest = legible(getattr(item, kind) for item in vectors)
-        cut = longest if longest < greatest else None
+        cut = longest if longest < most else None
         return Scale(kind, unit, longest / (forms.ARROW * self._radius), cut)
 
     def draw_path(self, name: str, path: Array, samples: Array) -> None:
@@ -316,10 +310,10 @@ class _Builder:
         moment = np.einsum("nij,nj->ni", item.rotation, curve)
         name, means = node_name(item.name), "moment 𝔐 and its trace in the shaft"
         thin = forms.arrow(0.5 * forms.ARROW_RADIUS)
-        self.drawing.arrow(f"/moment/{name}", item.anchor, moment, TOTAL, means, thin)
+        self.drawing.arrow(f"/moment/{name}", item.anchor, moment, COLORS["moment"], means, thin)
         pose = Pose.of(item.anchor, forms.quaternions(item.rotation))
         wire = forms.path(curve, _THIN * self._radius)
-        self.drawing.add(f"/traces/{name}", wire, TOTAL, pose=pose)
+        self.drawing.add(f"/traces/{name}", wire, COLORS["moment"], pose=pose)
         return True
 
 

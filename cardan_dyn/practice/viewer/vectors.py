@@ -52,16 +52,6 @@ class Vectors:
     parts: Mapping[str, Array]
     slide: Array
 
-    @property
-    def greatest_moment(self) -> float:
-        """Greatest size of the moment [N·m]."""
-        return greatest(self.moment)
-
-    @property
-    def greatest_force(self) -> float:
-        """Greatest size of the force [N]."""
-        return greatest(self.force)
-
 
 def collect(
     sweep: Sweep | Still, joints: tuple[str, ...], samples: Array, radius: float

@@ -164,3 +164,13 @@ def test_a_slide_is_drawn_in_millimetres() -> None:
     np.testing.assert_allclose(panel.lines[0].get_xdata(), positions)
     with pytest.raises(cd.ArgumentError, match="drive 'piston_guide' slides"):
         figures.ratio_and_angle_error({"": sweep}, output="crank_bearing")
+
+
+def test_sweeps_whole_turns_apart_lie_over_each_other(joint: cd.Mechanism) -> None:
+    angles = np.linspace(0.0, 2.0 * np.pi, 37)
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
+    turns = {"first": scene.sweep(angles), "sixth": scene.sweep(angles + 10.0 * np.pi)}
+    for panel in figures.ratio_and_angle_error(turns).axes:
+        first, sixth = panel.get_lines()
+        np.testing.assert_allclose(first.get_xdata(), sixth.get_xdata(), atol=1e-9)
+        np.testing.assert_allclose(first.get_ydata(), sixth.get_ydata(), atol=1e-9)

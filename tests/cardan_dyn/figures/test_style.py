@@ -204,3 +204,25 @@ def test_curves_over_an_abscissa() -> None:
     ):
         with pytest.raises(cd.ArgumentError, match=message):
             call()
+
+
+def test_a_number_stays_with_its_unit_where_a_title_breaks() -> None:
+    title = "universal_joint: bearing_in 0° … 360° at 477.5 1/min, load bearing_out −100 N·m"
+    for width in np.linspace(1.5, 8.0, 27):
+        lines = style.wrapped(title, float(width)).split("\n")
+        assert " ".join(lines) == title
+        assert not any(line.startswith(("1/min", "N·m")) for line in lines)
+
+
+def test_no_label_of_a_legend_is_cut() -> None:
+    """Columns as Matplotlib fills them: nine labels in four columns are three, two, two and two."""
+    for count in range(3, 12):
+        drawn = style.sheet()
+        for index in range(count):
+            label = f"leg_{index}, limit 20 kN" if index < 6 else f"base_{index}_x"
+            drawn.panels[0].plot([0, 1], label=label)
+        figure = drawn.finish("", 4)
+        figure.canvas.draw()
+        (legend,) = figure.legends
+        box = legend.get_window_extent()
+        assert figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1

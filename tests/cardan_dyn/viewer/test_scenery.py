@@ -16,10 +16,8 @@ from testkit.kinematics import at_zero
 import cardan_dyn as cd
 from cardan_dyn.practice.viewer.load_shapes import LOAD
 from cardan_dyn.practice.viewer.scenery import (
-    BENDING,
+    COLORS,
     LOOP,
-    SHEAR,
-    TORSION,
     Parts,
     Scenery,
     build,
@@ -69,7 +67,11 @@ def test_forces_are_drawn_where_there_are_any(loaded_turn: cd.Sweep) -> None:
     )
     moving = scenery(turn, only_forces)
     assert roots(moving) == {*BODIES, "axial", "shear"}
-    assert moving.drawing.legend[1] == (SHEAR.css, "shear: force across the joint axis", "shear")
+    assert moving.drawing.legend[1] == (
+        COLORS["shear"].css,
+        "shear: force across the joint axis",
+        "shear",
+    )
     (scale,) = moving.scales
     assert (scale.kind, scale.unit, scale.longest) == ("force", "N", None)
     name = max(turn, key=lambda name: np.max(turn[name].shear))
@@ -147,7 +149,7 @@ def test_the_rounding_of_moments_is_not_drawn_beside_forces() -> None:
 def test_legend_names_what_is_drawn(loaded_turn: cd.Sweep) -> None:
     scene = scenery(loaded_turn, Parts())
     legend = {item.color: item.text for item in scene.drawing.legend}
-    assert "torsion" in legend[TORSION.css] and "bending" in legend[BENDING.css]
+    assert "torsion" in legend[COLORS["torsion"].css] and "bending" in legend[COLORS["bending"].css]
     assert legend[LOOP.css] == "joint that closes a loop" and legend[LOAD.css].startswith(
         "load, not to the scale"
     )
