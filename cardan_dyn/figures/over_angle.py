@@ -129,6 +129,6 @@ def _mean(values: Array, angle: Array) -> float:
     steps = np.diff(angle)
     is_uneven = len(steps) > 0 and np.ptp(steps) > EVEN * np.max(np.abs(steps))
     if is_uneven and (np.all(steps > 0.0) or np.all(steps < 0.0)):
-        return float(np.sum(0.5 * (values[1:] + values[:-1]) * steps) / np.sum(steps))
+        return float(np.trapezoid(values, angle) / np.sum(steps))
     # A whole turn ends where it starts, and the mean must not count this position twice.
     return float(np.mean(values[:-1] if len(values) > 1 else values))

@@ -42,6 +42,7 @@ def stacked(
     ax: Into = None,
     figsize: Size | None = None,
     line: Mapping[str, Any] | None = None,
+    labels: Mapping[str, str] | None = None,
 ) -> Figure:
     """Draw panels below each other over one abscissa.
 
@@ -54,6 +55,7 @@ def stacked(
         ax: see `sheet`.
         figsize: likewise.
         line: properties of the lines, for `Axes.plot`.
+        labels: names of curves to what legends call them, if not by these.
 
     Raises:
         ArgumentError: other axes than are needed.
@@ -64,15 +66,14 @@ def stacked(
     drawn.over(at)
     names = dict.fromkeys(name for panel in panels for name in panel.curves)
     styles = {name: index for index, name in enumerate(names)}
-    told = {
-        name: f"{name}, {_in_words(*ends, panel.unit)}"
-        for panel in panels
-        for name, ends in panel.limits.items()
-    }
+    told = {name: name for name in names} | dict(labels or {})
+    for item in panels:
+        for name, ends in item.limits.items():
+            told[name] += f", {_in_words(*ends, item.unit)}"
     for row, (label, unit, scale, curves, limits) in enumerate(panels):
         panel, lines = drawn.panels[row], []
         for name, values in curves.items():
-            shown = {told.get(name, name): values}
+            shown = {told[name]: values}
             lines += at.draw(panel, shown, first[row] + styles[name], **(line or {}))
             for side, limit in zip((-1.0, 1.0), limits.get(name, ()), strict=False):
                 if side * limit <= 2.0 * np.nanmax(side * values, initial=0.0):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..kit.arrays import NOTHING, Array
-from ..kit.quantities import number, prefix
+from ..kit.quantities import amount
 from .style import SMALL, Axes, width_of
 
 _MOST_LINES = 2
@@ -135,7 +135,4 @@ def _write(
 def _told(values: Array, place: int, unit: str) -> str:
     """Return one of some values as a text, in the unit in which an axis shows all of them."""
     size = float(np.nanmax(np.abs(values)))
-    scale, shown = prefix(size, unit)
-    value = 0.0 if abs(values[place]) <= NOTHING * size else float(values[place])
-    text = number(value / scale).replace("-", "\N{MINUS SIGN}")
-    return text + (shown if shown in ("", "°") else f" {shown}")
+    return amount(float(values[place]), unit, size=size).replace("-", "\N{MINUS SIGN}")

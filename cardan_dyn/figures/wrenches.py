@@ -11,7 +11,7 @@ from ..kit.arrays import NOTHING, ROUNDED, Array
 from ..kit.errors import ArgumentError, choices
 from ..kit.quantities import amount
 from .panels import Panel, stacked
-from .style import SIGN, Abscissa, Figure, Swept
+from .style import SIGN, Abscissa, Figure, Swept, over
 
 UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
 """Quantities of a `JointWrench` that are drawn as lines, and their units."""
@@ -75,19 +75,12 @@ def wrench_panels(
     line = dict(options.pop("line", None) or {})
     label = line.pop("label", "")
     names = {w.joint: (label or w.joint) + MARK * (w.joint in marked) for w in wrenches}
-    panels = [
-        panel._replace(
-            curves={names.get(name, name): values for name, values in panel.curves.items()},
-            limits={names.get(name, name): ends for name, ends in panel.limits.items()},
-        )
-        for panel in above
-    ]
+    panels = [*above]
     for quantity in shown:
         star = MARK * any(name == quantity for _, name in opened)
-        curves = [values_of(wrench, quantity) for wrench in wrenches]
+        curves = {wrench.joint: values_of(wrench, quantity) for wrench in wrenches}
         unit = QUANTITIES[quantity]
-        told = dict(zip(names.values(), curves, strict=True))
-        panels.append(Panel(f"{quantity}{star} [{unit}]", unit, whole[unit], told, {}))
+        panels.append(Panel(f"{quantity}{star} [{unit}]", unit, whole[unit], curves, {}))
     notes = [sign_note(turn, marked)]
     crosses = [name for name in joints if turn.mechanism.joint(name).type == "universal"]
     if crosses and not set(shown) <= set(_SIZES):
@@ -95,7 +88,7 @@ def wrench_panels(
         notes.append(f"the axis of {choices(crosses, most=3)} {straight}")
     left_out = [choices(others, most=3)] * bool(others) + small
     notes += [f"not drawn: {'; '.join(left_out)}"] if left_out else []
-    return stacked(at, panels, note="; ".join(notes), line=line, **options)
+    return stacked(at, panels, note="; ".join(notes), line=line, labels=names, **options)
 
 
 def sign_note(turn: Swept, opened: Collection[str]) -> str:
@@ -179,13 +172,5 @@ def _greatest(arrays: Any) -> float:
 
 def along(turn: Swept, drive: str) -> Abscissa:
     """Return the position of a drive, or of any joint, to be drawn over."""
-    coordinate = turn.mechanism.drivable.get(drive)
-    slides = coordinate is not None and coordinate.slides
-    return led(drive, slides, turn.motion.position(drive))
-
-
-def led(name: str, slides: bool, position: Array) -> Abscissa:
-    """Return positions [m or rad] to be drawn over."""
-    if slides:
-        return Abscissa(position, f"{name} [m]", "range")
-    return Abscissa(np.rad2deg(position), f"{name} [°]", "angle")
+    unit = getattr(turn.mechanism.drivable.get(drive), "unit", "rad")
+    return over(drive, turn.motion.position(drive), unit)

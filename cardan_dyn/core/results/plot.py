@@ -531,7 +531,6 @@ class MotionPlot(Plot):
     def _led(self) -> Abscissa:
         """Return the first of what moves as given that goes one way only, or else the samples."""
         from ...figures.style import over
-        from ...figures.wrenches import led
 
         leads = self._result.leads
         varied = [lead for lead in leads if np.ptp(lead.position)]
@@ -542,7 +541,8 @@ class MotionPlot(Plot):
         ]
         if len(varied) > 1 and not one_way:
             return over("sample", np.arange(len(leads[0].position)), "")
-        return led(*(one_way or varied or leads)[0][:3])
+        name, slides, position, _ = (one_way or varied or leads)[0]
+        return over(name, position, "m" if slides else "rad")
 
     @property
     def _has_task(self) -> bool:

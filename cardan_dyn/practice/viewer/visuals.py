@@ -141,16 +141,14 @@ def few_enough(shapes: list[Shape], radius: float) -> tuple[list[Shape], str]:
     thin, cell = shapes, forms.PIXEL * radius
     # Beyond some pixels meshes would be unknowable.
     while after > _MOST_FACES and cell <= 8.0 * forms.PIXEL * radius:
-        thin = [_thinned(shape, cell) for shape in shapes]
+        # Of a mesh that no triangle would be left of, all is.
+        thin = [
+            replace(shape, surface=surface)
+            if shape.kind == "mesh" and len((surface := thinned(shape.surface, cell))[1])
+            else shape
+            for shape in shapes
+        ]
         after, cell = sum(len(shape.surface[1]) for shape in thin if shape.kind == "mesh"), 2 * cell
     if after == before:
         return shapes, ""
     return thin, f"meshes are drawn with {after} of their {before} triangles"
-
-
-def _thinned(shape: Shape, cell: float) -> Shape:
-    """Return a shape whose mesh has points in different cubes alone, if any triangle is left."""
-    if shape.kind != "mesh":
-        return shape
-    surface = thinned(shape.surface, cell)
-    return replace(shape, surface=surface) if len(surface[1]) else shape
