@@ -187,22 +187,12 @@ def draw_efforts(drawing: Drawing, efforts: Sequence[tuple[str, Array, Axis]]) -
         efforts: paths of nodes, efforts `(n,)` [N·m or N] and axes; those about axes have one
             scale, and those along them another one.
     """
-    greatest = {
-        slides: max(
-            (float(np.max(np.abs(effort))) for _, effort, axis in efforts if axis.slides == slides),
-            default=0.0,
-        )
-        for slides in (False, True)
-    }
-    units = zip(greatest.values(), ("N·m", "N"), strict=True)
-    sizes = " and ".join(amount(size, unit) for size, unit in units if size > 0.0)
-    for path, effort, axis in efforts:
-        whole = greatest[axis.slides]
-        if not whole > 0.0:
-            continue
-        largest = (forms.ARROW if axis.slides else ARC_RADIUS) * drawing.size
-        shown = (effort / whole * largest)[:, None] * axis.direction
-        surface = forms.arrow() if axis.slides else forms.arc_arrow()
-        means = f"effort of an actuator, at most {sizes}"
-        drawing.arrow(path, axis.origin, shown, ACTUATOR, means, surface)
-        drawing.include(axis.origin - shown)
+    for slides, unit, size in ((False, "N·m", ARC_RADIUS), (True, "N", forms.ARROW)):
+        own = [item for item in efforts if item[2].slides == slides]
+        most = max((float(np.max(np.abs(effort))) for _, effort, _ in own), default=0.0)
+        means = f"effort of an actuator, at most {amount(most, unit)}"
+        surface = forms.arrow() if slides else forms.arc_arrow()
+        for path, effort, axis in own if most > 0.0 else ():
+            shown = (size * drawing.size / most * effort)[:, None] * axis.direction
+            drawing.arrow(path, axis.origin, shown, ACTUATOR, means, surface)
+            drawing.include(axis.origin - shown)
