@@ -56,6 +56,18 @@ class Cases(Result, Frozen):
         return f"{counted(len(self.reports), 'load case')}{shared}"
 
     @property
+    def remarks(self) -> list[str]:
+        """Of what joints are sized by, about which point it is where that is not fixed."""
+        every = self.reports[0].mechanism.description.joints_and_loops
+        sliding = [item.name for item in every if item.type in ("prismatic", "cylindrical")]
+        return [
+            f"Bending of {item.owner} is that about the joint's origin, which "
+            "slides with the child; about other points, as where it is guided, it is another one."
+            for _, item in self.governing
+            if item.owner in sliding and item.quantity == "bending"
+        ]
+
+    @property
     def told_apart(self) -> list[str]:
         """Of each case its label, and what it has beyond the others if that does not say so."""
         every = told_apart(self.reports)
@@ -98,12 +110,14 @@ class Cases(Result, Frozen):
         told = header if self.labels else header[:-1]
         return Grid("headline", "What joints are sized by", told, rows, unit=1)
 
-    def beside(self, labels: Sequence[str], first: int = 0) -> Grid:
-        """Return what joints carry in some cases beside each other, from the `first` of them on."""
-        rows = [(*of, *sizes[first : first + len(labels)]) for *of, sizes in self.compared]
+    def beside(self, first: int = 0, most: int | None = None) -> Grid:
+        """Return what joints carry in so many cases beside each other, which have numbers."""
+        numbers = [str(index) for index in range(1, len(self.labels) + 1)] or ["greatest in size"]
+        part = slice(first, None if most is None else first + most)
+        rows = [(*of, *sizes[part]) for *of, sizes in self.compared]
         caption = f"Greatest in size{', by load case' * bool(self.labels)}"
-        name = f"load_cases_{first + 1}"
-        return Grid(name, caption, ("of", "quantity", "unit", *labels), rows, unit=2)
+        header = ("of", "quantity", "unit", *numbers[part])
+        return Grid(f"load_cases_{first + 1}", caption, header, rows, unit=2)
 
     def table(self) -> Table:
         """Return the extremes of all cases, a row each; see `Report.table`."""
@@ -154,11 +168,10 @@ class Cases(Result, Frozen):
 
     def __str__(self) -> str:
         lines = [f"{self.reports[0].title}: {self.in_words}"]
-        numbers = [str(index) for index in range(1, len(self.labels) + 1)]
-        for index, text, report in zip(numbers, self.told_apart, self.reports, strict=True):
+        for index, (text, report) in enumerate(zip(self.told_apart, self.reports, strict=True), 1):
             lines.append(f"{index}: {text}")
             lines += [f"   ! {doubt}" for doubt in report.beware]
-        lines += [f"{self.sized}\n", f"{self.beside(numbers)}"]
+        lines += [str(self.sized), *self.remarks, "", str(self.beside())]
         opened = (report.left_open for report in self.reports)
         return "\n".join([*lines, *dict.fromkeys(filter(None, opened))])
 

@@ -300,7 +300,10 @@ class Findings(Result, Frozen):
         return np.asarray(rows[np.argsort(first)])
 
     def at(self, places: Array, word: str = "place ") -> str:
-        """Return drive positions `(n, d)` as a text: of several drives, which of the `places`."""
+        """Return drive positions `(n, d)` as a text: of several drives, which of the `places`.
+
+        Of a task its rows instead, unless there is no word for a place, and they are many.
+        """
         if self.sweep is None or not self.drives:
             return ""
         if not len(places):
@@ -314,7 +317,9 @@ class Findings(Result, Frozen):
             # Places that lie closer to each other than digits tell are named once.
             every = (place(float(value), slides, size) for value in places[:, 0])
             return ", ".join(dict.fromkeys(every))
-        if told := self.task_at(places[:1]):
+        told = self.task_at(places[:1])
+        # Beside a table of places two rows of a task are told as such.
+        if told and (word or len(told) < 3):
             return ", ".join(told)
         return f"{word}{int(np.argmax(np.all(self.places == places[0], axis=1))) + 1}"
 
@@ -357,7 +362,9 @@ class Findings(Result, Frozen):
         lines += [f"! {text}" for text in self.beware]
         lines += [f"{grid}\n" for grid in self.grids(2)]
         if self.has_places:
-            lines.append("The page, and `places`, tell the positions of all drives at each place.")
+            lines.append(
+                "The page tells each place; `places` are the positions of all drives there."
+            )
         if not all(item.settled for item in self.told):
             lines.append("? may be exceeded, see above")
         if self.left_open:

@@ -53,7 +53,6 @@ def write(cases: Cases, path: Path, with_scene: bool) -> Path:
     # Figures are those of cases that govern something, and one scene alone, which is a megabyte.
     drawn = [case for case, _ in cases.governing] or [0]
     is_drawn = told and all(report.drives for report in cases.reports)
-    labels = cases.labels or ("greatest in size",)
     source = mechanism.description.text
     file = "text" if source is None or source.path is None else source.path.name
     grids = mobility_grids(found)
@@ -81,8 +80,8 @@ def write(cases: Cases, path: Path, with_scene: bool) -> Path:
         figure=page.image(courses(cases, told)) if is_drawn else "",
         warnings=_warnings(cases),
         beside=[
-            cases.beside(labels[start : start + page.BESIDE], start)
-            for start in range(0, len(labels), page.BESIDE)
+            cases.beside(start, page.BESIDE)
+            for start in range(0, len(cases.reports), page.BESIDE)
             if cases.compared
         ],
         cases=[
@@ -138,7 +137,7 @@ def _warnings(cases: Cases) -> list[str]:
         for report in cases.reports
         if report.sweep is not None and report.left_open
     ]
-    found += [text for report in cases.reports for text in report.beware]
+    found += [text for report in cases.reports for text in report.beware] + cases.remarks
     if cases.reports[0].description.is_counted:
         found.append("Ranks were counted, not measured.")
     return list(dict.fromkeys(found))
@@ -241,18 +240,27 @@ def _extremes(report: Findings) -> dict[str, Any]:
 
 
 def _places(report: Findings) -> Iterator[Grid]:
-    """Yield the positions of several drives at the places that the extremes name."""
-    sweep = report.sweep
+    """Yield rows of the task, or positions of several drives, at the places of the extremes."""
+    sweep, places = report.sweep, report.places
     if sweep is None or not report.has_places:
         return
-    named = [f"{one.name} [{one.unit}]" for one in ways(sweep) if one.kind == "drive"]
-    # What is rounding beside the way of a drive is nothing.
-    size = NOTHING * np.abs(np.reshape(sweep.position, (len(sweep), -1))).max(axis=0)
-    known = np.where(np.abs(report.places) <= size, 0.0, report.places).tolist()
-    names = (report.at(at[None], word="") for at in report.places)
-    rows: list[tuple[Any, ...]] = [(name, *row) for name, row in zip(names, known, strict=True)]
+    every, caption = ways(sweep), "Positions of the drives at these places"
+    told = [one for one in every if one.kind == every[-1].kind]
+    if told[0].kind == "task":
+        told, caption = [row for row in told if np.ptp(row.position)], "The task at these places"
+        positions = np.reshape(sweep.position, (len(sweep), -1))
+        samples = [int(np.all(positions == at, axis=1).argmax()) for at in places]
+        known = np.stack([row.position[samples] for row in told], axis=1)
+    else:
+        # What is rounding beside the way of a drive is nothing.
+        most = np.stack([np.abs(one.position).max() for one in told])
+        known = np.where(np.abs(places) <= NOTHING * most, 0.0, places)
+    named = [f"{one.name} [{one.unit}]" for one in told]
+    names = (report.at(at[None], word="") for at in places)
+    rows: list[tuple[Any, ...]] = [
+        (name, *row) for name, row in zip(names, known.tolist(), strict=True)
+    ]
     header: tuple[str, ...] = ("place", *named)
-    caption = "Positions of the drives at these places"
     if len(named) > page.BESIDE:
         rows = [(name, ", ".join(map(number, row))) for name, *row in rows]
         caption, header = f"{caption}: {', '.join(named)}", ("place", "positions")
@@ -269,8 +277,8 @@ def _drawing(cases: Cases) -> tuple[str, str] | None:
     if item is not None:
         (of,) = (one for one in quantities_of(sweep) if one[:2] == item[:2])
         sample = int(np.nanargmax(np.abs(of.values(sweep))))
-        said = report.at(places_of(sweep)[sample : sample + 1]) or f"at sample {sample + 1}"
-        said += f", about where {item.quantity} of {item.owner} is greatest"
+        said = report.at(places_of(sweep)[sample : sample + 1]) or f"sample {sample + 1}"
+        said = f"at {said}, about where {item.quantity} of {item.owner} is greatest"
     try:
         return page.image(picture(sweep, sample)), f"{sentence(said)[:-1]}, with drives and loads."
     except ArgumentError:  # The outputs leave nothing to draw.

@@ -326,3 +326,68 @@ def test_loads_that_act_one_way_are_told_apart_by_it() -> None:
         way = -sense * np.sin(np.ravel(report.sweep.position))
         acting = report.sweep.loads["piston_guide"][np.abs(way) > 1e-6]
         np.testing.assert_array_equal(acting != 0.0, way[np.abs(way) > 1e-6] > 0.0)
+
+
+def test_cases_beside_each_other_have_the_numbers_of_their_list(tmp_path: Path) -> None:
+    """Names of load cases are too long for columns."""
+    reports = cd.Reports(swept(*((10.0 * k, 5.0) for k in range(1, 9))))
+    grids = [reports.beside(first, 6) for first in (0, 6)]
+    assert [grid.header[3:] for grid in grids] == [tuple("123456"), tuple("78")]
+    for first, grid in zip((0, 6), grids, strict=True):
+        for (*_, sizes), row in zip(reports.compared, grid.rows, strict=True):
+            assert list(row[3:]) == sizes[first : first + len(row) - 3]
+
+
+def test_places_of_a_task_of_many_rows_are_a_table_of_these(tmp_path: Path) -> None:
+    """Three rows in a plane: they are named in the headline, and numbered in tables."""
+    arm = ARM.replace(
+        '<joint name="hand" type="fixed">',
+        '<link name="wrist"/><joint name="bend" type="continuous"><parent link="fore"/>'
+        '<child link="wrist"/><origin xyz="1.2 0 0"/><axis xyz="0 -1 0"/></joint>'
+        '<joint name="hand" type="fixed">',
+    ).replace(
+        '<parent link="fore"/><child link="tip"/>', '<parent link="wrist"/><child link="tip"/>'
+    )
+    arm = arm.replace('<origin xyz="1.5 0 0"/>', '<origin xyz="0.3 0 0"/>')
+    names = ["shoulder", "elbow", "bend"]
+    task = cd.PointTask("hand", axes="xz"), cd.AngleTask("tip", axis="y")
+    scene = cd.Scene(cd.load(arm), task=task, actuated=names)
+    rows = np.column_stack([TIP, 0.2 * RISE])
+    push = cd.Wrench((-250.0, 0.0, -100.0), frame="world")
+    report = cd.Report(scene.sweep(rows, loads={"hand": push}))
+    assert report.cases.sized.rows[-1][4].startswith("hand.x ")
+    at = {str(row[4]) for grid in report.grids() for row in grid.rows} - {"throughout"}
+    assert at and all(place.isdigit() for place in at)
+    pytest.importorskip("jinja2", reason="it is a page")
+    text = html.unescape(report.save(tmp_path / "page.html", scene=False).read_text("utf-8"))
+    plain = re.sub(r"<[^>]*>|\u200b", "", text)
+    assert "The task at these places" in plain and "shoulder [rad]" not in plain
+    table = plain[plain.index("The task at these places") :]
+    for place in report.places:
+        sample = int(np.all(report.sweep.position == place, axis=1).argmax())
+        for value in rows[sample]:
+            assert f"{abs(value):.6g}"[:7] in table
+
+
+def test_the_moment_of_a_slide_says_about_which_point_it_is() -> None:
+    """A crane's trolley: the rail's moment is about the trolley, wherever that is."""
+    crane = """<robot name="crane"><link name="rail"/><link name="trolley"><inertial>
+    <origin xyz="0 0 -1"/><mass value="10"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>
+    <joint name="travel" type="prismatic"><parent link="rail"/><child link="trolley"/>
+    <axis xyz="1 0 0"/><limit lower="0" upper="5" effort="0" velocity="0"/></joint></robot>"""
+    scene = cd.Scene(cd.load(crane), drive="travel")
+    way = np.linspace(0.0, 5.0, 11)
+    sweeps = [
+        scene.sweep(way, loads={"trolley": cd.Wrench((0.0, side, 0.0), point=(0.3, 0.0, 0.0))})
+        for side in (50.0, 80.0)
+    ]
+    reports = cd.Reports(sweeps, ["calm", "storm"])
+    (told,) = reports.remarks
+    assert told.startswith("Bending of travel is that about the joint's origin, which slides")
+    assert told in str(reports)
+    # It is the same wherever the trolley is: 80 N at 0.3 m, and 5 m more about the end of the rail.
+    (item,) = [item for _, item in reports.headline if item.quantity == "bending"]
+    assert item.greatest == pytest.approx(24.0) and item.least == pytest.approx(24.0)
+    moment = sweeps[1]["travel"].at((-5.0, 0.0, 0.0)).moment
+    np.testing.assert_allclose(np.linalg.norm(moment, axis=1), 24.0 + 80.0 * 5.0)
+    assert not cd.Reports(swept((20.0, 5.0), (90.0, 5.0))).remarks
