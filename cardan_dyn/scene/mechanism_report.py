@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeVar
 
 from ..core.mechanism.configuration import Configuration
 from ..core.mechanism.mechanism import Mechanism
 from ..core.mechanism.undescribed import REMEDY
 from ..kit.errors import ArgumentError, choices
 from .drives import Drives, drives_of
+
+_Said = TypeVar("_Said", bound=Hashable)
 
 
 @dataclass(frozen=True)
@@ -248,9 +251,9 @@ class MechanismReport:
         return f"{text}, {self.mobility - idle} without idle rods" if idle else text
 
 
-def grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+def grouped(pairs: Iterable[tuple[str, _Said]]) -> dict[_Said, list[str]]:
     """Return what is said of names to all the names of which it is said."""
-    found: dict[str, list[str]] = {}
+    found: dict[_Said, list[str]] = {}
     for name, text in pairs:
         found.setdefault(text, []).append(name)
     return found

@@ -16,6 +16,7 @@ from cardan_dyn.analytic.rules import RULES
 from ...drive_lines import Analysis, DriveLine, Phasing, Verdict, VerdictRow
 from ...kit.arrays import ROUNDED, Array
 from ...kit.errors import CardanError
+from ...scene.mechanism_report import grouped
 from ..drive_lines.design.fork_choice import phases_of
 from ..drive_lines.design.phasing import chosen_loads, peak, with_forks
 from ..drive_lines.design.support_loads import support_loads
@@ -472,12 +473,9 @@ def _told(row: VerdictRow, wording: Wording) -> list[str]:
 
 def headlines(verdict: Verdict, wording: Wording) -> list[Judged]:
     """Return the rows that fail, the worst first; places of which the same is told share one."""
-    found: dict[Judged, list[str]] = {}
-    for row in verdict.failed:
-        told = judged(row, wording)
-        alike = told._replace(where="", by_rule="", remarks=())
-        found.setdefault(alike, []).append(told.where)
-    return [told._replace(where=", ".join(places)) for told, places in found.items()]
+    told = [judged(row, wording) for row in verdict.failed]
+    alike = grouped((one.where, one._replace(where="", by_rule="", remarks=())) for one in told)
+    return [one._replace(where=", ".join(places)) for one, places in alike.items()]
 
 
 def reserve(row: VerdictRow, wording: Wording) -> str:
@@ -504,22 +502,14 @@ def verdict_groups(verdict: Verdict, wording: Wording) -> list[Group]:
         broken = valued[0].broken if len(valued) > 1 else ()
         shared = [text for text in broken if all(text in row.broken for row in valued)]
         # Places of which the same is told share a line.
-        listed: dict[str, dict[tuple[str, str], list[str]]] = {OPEN: {}, STATED: {}}
-        for row in rows:
-            if row.value is None or row.status == OPEN:
-                told = [row.note] if row.value is not None else [*_needed(row, wording), row.note]
-                if row.status == STATED:
-                    told = [text for text in row.note.split("; ") if not text.startswith("give ")]
-                note = "; ".join(wording.sentence(text) for text in told)
-                alike = listed[row.status].setdefault((row.quantity, note), [])
-                alike.extend(filter(None, [row.where]))
-        places = {
-            status: [
-                (", ".join([*names, wording.sentence(quantity)]), note)
-                for (quantity, note), names in alike.items()
-            ]
-            for status, alike in listed.items()
-        }
+        places: dict[str, list[tuple[str, str]]] = {OPEN: [], STATED: []}
+        for (status, quantity, note), names in grouped(
+            (row.where, (row.status, row.quantity, _asked(row, wording)))
+            for row in rows
+            if row.value is None or row.status == OPEN
+        ).items():
+            what = ", ".join([*filter(None, names), wording.sentence(quantity)])
+            places[status].append((what, note))
         found.append(
             Group(
                 wording(RULES[rule].title),
@@ -530,6 +520,14 @@ def verdict_groups(verdict: Verdict, wording: Wording) -> list[Group]:
             )
         )
     return found
+
+
+def _asked(row: VerdictRow, wording: Wording) -> str:
+    """Return what an open row asks for, or why a row without a value does not apply."""
+    told = [row.note] if row.value is not None else [*_needed(row, wording), row.note]
+    if row.status == STATED:
+        told = [text for text in row.note.split("; ") if not text.startswith("give ")]
+    return "; ".join(map(wording.sentence, told))
 
 
 def assumption_rows(verdict: Verdict, wording: Wording) -> list[tuple[str, list[str], str]]:
