@@ -33,7 +33,7 @@ from ...scene.usual_motion import (
     usual_motion,
 )
 from ..report.extremes import with_extremes
-from ..report.findings import acting, sentence
+from ..report.findings import acting, sentence, ways
 from .group import Interrupted, end_by
 from .quantities import by_coordinate, ends_of, of_scene, shown, value_of
 from .quantities import positions as positions_of
@@ -117,8 +117,8 @@ def sweep_of(
     outputs = Outputs(*(given.pop(name) for name in Outputs._fields))
     outputs.check()
     mechanism = load(source, strict=strict)
-    ways: dict[str, tuple[float, int]] = {}
-    asked = of_scene(mechanism, ways=ways, **given)
+    one_ways: dict[str, tuple[float, int]] = {}
+    asked = of_scene(mechanism, ways=one_ways, **given)
     if not given["loads"]:
         asked["loads"] = None
     motion = usual_motion(mechanism, samples=samples, **asked)
@@ -128,11 +128,12 @@ def sweep_of(
     if ends is not None:
         at, said = _between(motion, ends, samples)
     rates = _rates(motion, speed, acceleration, ends is not None)
-    acting_one_way = one_way(scene, at, rates["speed"], ways)
+    acting_one_way = one_way(scene, at, rates["speed"], one_ways)
     swept = scene.sweep(at, rates["speed"], rates["acceleration"], loads=acting_one_way)
     if not outputs.printed:
-        say(f"{mechanism.name}: {said}; {samples} positions, {_how_fast(motion, rates)}")
-        say("; ".join(acting(swept, ways)) or "no load acts")
+        pace = ", ".join(ways(swept)[0].pace) or "quasi-static"
+        say(f"{mechanism.name}: {said}; {samples} positions, {pace}")
+        say("; ".join(acting(swept, one_ways)) or "no load acts")
         for text in driving(swept) if asked["loads"] and motion.turns and ends is None else ():
             say(text, "yellow")
         if len(swept.drives) > 1:
@@ -275,15 +276,6 @@ def _rates(
         if text is not None:
             rates[what] = value_of(motion.scene.mechanism, drives[0], what, text, f"--{what}")
     return rates
-
-
-def _how_fast(motion: UsualMotion, rates: Mapping[str, float]) -> str:
-    """Return in words how fast the drive moves."""
-    if not any(rates.values()):
-        return "quasi-static"
-    drive = motion.scene.mechanism, motion.scene.drives[0]
-    told = [shown(*drive, what, rate) for what, rate in rates.items() if rate or what == "speed"]
-    return f"at {', '.join(told)}"
 
 
 def _speeds(mechanism: Mechanism, pairs: tuple[str, ...], option: str) -> dict[str, float]:

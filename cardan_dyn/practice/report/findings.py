@@ -68,6 +68,14 @@ class Way(NamedTuple):
         """From where to where it goes."""
         return way_of(self.position, self.slides)
 
+    @property
+    def pace(self) -> list[str]:
+        """Its speed, and how that changes; nothing where it rests."""
+        told = [speed_text(self.speed, self.slides)] if np.any(self.speed) else []
+        if np.any(self.acceleration):
+            told.append(f"acceleration {between(self.acceleration, f'{self.unit}/s²')}")
+        return told
+
 
 class Findings(Result, Frozen):
     """What was found of a mechanism in one case; see `Report`.

@@ -27,7 +27,7 @@ from .cases import Cases
 from .courses import courses
 from .described import described, drives_grid, elements_of, links_of, mobility_grids, remarks_of
 from .extremes import RIGHT, counted, places_of, quantities_of
-from .findings import Findings, between, gravity_of, sentence, speed_text, task_rows, way_of, ways
+from .findings import Findings, between, gravity_of, sentence, task_rows, way_of, ways
 from .grids import Grid, stem_of
 
 _COURSES = {
@@ -166,14 +166,9 @@ def _case_parts(report: Findings, label: str, is_drawn: bool, with_scene: bool) 
 def _case(sweep: Sweep) -> Iterator[tuple[str, str]]:
     """Yield names and values of what moves and what acts."""
     every = ways(sweep)
-    is_static = not any(np.any(one.speed) or np.any(one.acceleration) for one in every)
+    rest = [] if any(one.pace for one in every) else ["quasi-static"]
     for one in every:
-        told = [one.span, *["quasi-static"] * is_static]
-        if np.any(one.speed):
-            told.append(speed_text(one.speed, one.slides))
-        if np.any(one.acceleration):
-            told.append(f"acceleration {between(one.acceleration, f'{one.unit}/s²')}")
-        yield f"{one.kind} {one.name}", ", ".join(told)
+        yield f"{one.kind} {one.name}", ", ".join([one.span, *rest, *one.pace])
     yield "positions", str(len(sweep))
     for name, value in sweep.held.items():
         yield f"held {name}", way_of(value, sweep.mechanism.drivable[name].slides)
