@@ -60,7 +60,7 @@ def test_modes_arefollowed_by_their_shapes(count: int) -> None:
     value = 1j * np.arange(1.0, count + 1.0)
     order = random.permutation(count)
     near = shapes + 0.01 * random.normal(size=shapes.shape)
-    found = followed(shapes, value, near[:, order], value[order])
+    found = followed(value, shapes, value[order], near[:, order])
     np.testing.assert_array_equal(order[found], np.arange(count))
 
 
@@ -69,7 +69,7 @@ def test_modes_of_nearly_one_shape_arefollowed_by_their_frequencies(count: int) 
     random = np.random.default_rng(count)
     before, after = 1.0 + 0.03 * random.normal(size=(2, count, count)) + 0.0j
     value, order = 1j * np.arange(1.0, count + 1.0), np.roll(np.arange(count), 1)
-    found = followed(before, value, after, 1.01 * value[order])
+    found = followed(value, before, 1.01 * value[order], after)
     np.testing.assert_array_equal(order[found], np.arange(count))
 
 

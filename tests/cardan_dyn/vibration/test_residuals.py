@@ -52,8 +52,8 @@ def test_orders_that_nodes_do_not_carry_are_noticed(motions: Motions) -> None:
     coarse = {}
     for step in (3, 5):
         model = motions.model.on(45 // step)
-        found = solved(model, motions.course.speed, q[:, ::step])
-        assert np.all(found.converged)
+        found, converged = solved(model, motions.course.speed, q[:, ::step])
+        assert np.all(converged)
         coarse[45 // step] = replace(motions, model=model, course=found.course)
     residual = residuals(coarse[15])
     assert np.all((residual > 1e-10) & (residual < 1e-7))

@@ -11,7 +11,7 @@ from vibrating_lines import SpringInFront
 from cardan_dyn import VibrationError, vibration
 from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
 from cardan_dyn.motion.vibration.motions.search import MotionSearch
-from cardan_dyn.motion.vibration.motions.steady_path import SteadyPath, steady_path, together
+from cardan_dyn.motion.vibration.motions.steady_path import SteadyPath, steady_path
 
 STEEP = np.radians(45.0)
 
@@ -68,11 +68,9 @@ def test_up_and_down_differ_between_the_folds() -> None:
 @pytest.mark.slow
 def test_motions_nearby_are_found_from_the_path() -> None:
     found = path(elastic_rigs.elastic_rig(), np.radians(25.0), 0.50, 0.52)
-    speeds = np.array([0.5141, 0.5123])
-    near = found.near(speeds)
-    assert [item.index.tolist() for item in near] == [[0], [1]]
-    (both,) = together(near)
-    assert both.course.speed.tolist() == speeds.tolist()
+    for speed in (0.5141, 0.5123):
+        (near,) = found.near(speed)
+        assert near.course.speed.tolist() == [speed]
     assert sum(len(item.index) for item in found.together()) == len(found.motions)
 
 

@@ -20,7 +20,7 @@ def test_circles_lines_and_ellipses(sense: float) -> None:
         elastic_rigs.scene(elastic_rigs.elastic_rig(), np.radians(5.0), ["tilt_y", "tilt_z"])
     )
     # From y to z is forward about x; u e^{iωt} with u_z = -i u_y turns from y to z.
-    found = WhirlSense(rotating, np.zeros(2), sense).of(SHAPES)
+    found = WhirlSense(rotating, np.zeros(2), sense, 16).of(SHAPES)
     np.testing.assert_allclose(found, sense * np.array([1.0, -1.0, 0.0, 0.8]), atol=0.01)
 
 
@@ -32,7 +32,7 @@ def test_ellipses_of_centre_and_rotation_are_weighed() -> None:
         free=["x", "y", "z", "yaw"],
     )
     shapes = np.random.default_rng(5).normal(size=(4, 8, 2)) @ np.array([1.0, 1.0j])
-    found = WhirlSense(rotating_scene(scene), np.zeros(4), 1.0).of(shapes)
+    found = WhirlSense(rotating_scene(scene), np.zeros(4), 1.0, 16).of(shapes)
     _, y, z, yaw = shapes
     circles = [
         (weight, np.abs(u + 1j * v) ** 2, np.abs(u - 1j * v) ** 2)
@@ -54,7 +54,7 @@ def test_a_heavy_housing_changes_no_sense() -> None:
     rotating = rotating_scene(
         elastic_rigs.scene(urdf.replace(light, heavy), np.radians(5.0), ["tilt_y", "tilt_z"])
     )
-    found = WhirlSense(rotating, np.zeros(2), 1.0).of(SHAPES)
+    found = WhirlSense(rotating, np.zeros(2), 1.0, 16).of(SHAPES)
     np.testing.assert_allclose(found, [1.0, -1.0, 0.0, 0.8], atol=0.01)
 
 
@@ -63,7 +63,7 @@ def test_torsion_does_not_whirl() -> None:
     line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0, fork_inertia=0.2)
     rotating = rotating_scene(elastic_rigs.scene(line, 0.2))
     shapes = np.array([[1.0, 1.0], [1j, -0.3j]])
-    found = WhirlSense(rotating, np.array([0.01, 0.02]), 1.0).of(shapes)
+    found = WhirlSense(rotating, np.array([0.01, 0.02]), 1.0, 16).of(shapes)
     np.testing.assert_array_equal(found, [0.0, 0.0])
 
 
@@ -80,7 +80,7 @@ def test_clear_senses() -> None:
 def test_modes_of_one_frequency_are_parted_into_circles() -> None:
     """Whatever combinations a solver returns; a third mode of its own frequency stays."""
     scene = elastic_rigs.scene(elastic_rigs.rotor(), 0.0)
-    sense = WhirlSense(rotating_scene(scene), np.zeros(2), 1.0)
+    sense = WhirlSense(rotating_scene(scene), np.zeros(2), 1.0, 16)
     mixed = np.array([[1.0, 0.3 + 0.2j], [0.4j, 1.0]])
     value = np.array([-1.0 + 300j, -1.0 + (300.0 + 1e-9) * 1j])
     parted = sense.parted(value, mixed)
@@ -96,5 +96,5 @@ def test_torsion_of_one_frequency_is_left_as_it_is() -> None:
     line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0)
     rotating = rotating_scene(elastic_rigs.scene(line, 0.0))
     mixed = np.array([[1.0, 0.3 + 0.2j], [0.4j, 1.0]])
-    found = WhirlSense(rotating, np.zeros(2), 1.0).parted(np.array([1j, 1j]), mixed)
+    found = WhirlSense(rotating, np.zeros(2), 1.0, 16).parted(np.array([1j, 1j]), mixed)
     np.testing.assert_array_equal(found, mixed)

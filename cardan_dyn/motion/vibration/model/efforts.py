@@ -18,20 +18,17 @@ import numpy as np
 from ....core.elements.joint_elements import JointElement, JointSpring
 from ....core.problem.samples import acting_on, targets_of
 from ....core.results.derivative import efforts_by
-from ....kit.arrays import Array
+from ....kit.arrays import LARGE_BLOCK, Array
 from .rotating_scene import RotatingScene
-
-_BLOCK = 20_000
-"""Positions that are assembled at a time: some 100 MB."""
 
 
 class LocalEfforts(NamedTuple):
-    """Efforts of drive and free coordinates at N states, and their derivatives.
+    """Efforts of drive and free coordinates in states of any shape, and their derivatives.
 
     Attributes:
-        efforts: `(N, 1 + n)`.
-        by_position: `(N, 1 + n, n)`, by the free coordinates.
-        by_speed, by_acceleration: `(N, 1 + n, 1 + n)`, the drive's first.
+        efforts: `(…, 1 + n)`.
+        by_position: `(…, 1 + n, n)`, by the free coordinates.
+        by_speed, by_acceleration: `(…, 1 + n, 1 + n)`, the drive's first.
     """
 
     efforts: Array
@@ -66,58 +63,51 @@ class FreeEfforts:
         self._names = *free, *speeds
 
     def __call__(self, positions: Array, speeds: Array, accelerations: Array) -> Array:
-        """Return the efforts `(N, n)` of given motions.
+        """Return the efforts `(…, 1 + n)` of drive and free coordinates in given motions.
 
         Args:
-            positions: of drive and free coordinates `(N, 1 + n)`.
+            positions: of drive and free coordinates `(…, 1 + n)`.
             speeds: likewise.
             accelerations: likewise.
 
         Raises:
             CardanError: as `Scene.sweep`.
         """
-        (efforts,) = self.through(positions, [(speeds, accelerations)])
-        return efforts[:, 1:]
-
-    def through(self, positions: Array, states: Sequence[tuple[Array, Array]]) -> list[Array]:
-        """Return the efforts `(N, 1 + n)` of several motions through the same positions.
-
-        Args:
-            positions: of drive and free coordinates `(N, 1 + n)`.
-            states: speeds and accelerations of each motion, likewise.
-
-        Returns:
-            for each of them the efforts of the drive, then of the free coordinates.
-
-        Raises:
-            CardanError: as `Scene.sweep`.
-        """
-        parts: list[list[Array]] = [[] for _ in states]
-        for span in _spans(len(positions)):
-            assembled = self._scene.assemble(positions[span])
-            for part, (speed, acceleration) in zip(parts, states, strict=True):
-                turn = self._scene.sweep(assembled, speed[span], acceleration[span])
-                part.append(turn.drive_effort)
-        return [np.concatenate(part) for part in parts]
+        states = _flat(positions, speeds, accelerations)
+        parts = [self._scene.sweep(*part).drive_effort for part in _parts(states)]
+        return np.concatenate(parts).reshape(positions.shape)
 
     def local(self, positions: Array, speeds: Array, accelerations: Array) -> LocalEfforts:
         """Return efforts and their derivatives; arguments and errors as of a call.
 
         They are not proven: motions that are found are held against sweeps.
         """
+        states, solver = _flat(positions, speeds, accelerations), self._others.solver
         parts = []
-        for span in _spans(len(positions)):
-            solver = self._others.solver
-            assembled = solver.assembled_in_turn(targets_of(solver.problem, positions[span]))
-            acting = acting_on(solver.problem, speeds[span], accelerations[span])
+        for places, *moves in _parts(states):
+            assembled = solver.assembled_in_turn(targets_of(solver.problem, places))
+            acting = acting_on(solver.problem, *moves)
             parts.append(efforts_by(solver, assembled, acting, self._names))
         efforts, slopes = (np.concatenate(items) for items in zip(*parts, strict=True))
-        efforts += self._stiffness * positions - self._pull + self._damping * speeds
+        efforts += self._stiffness * states[0] - self._pull + self._damping * states[1]
         found = np.split(slopes, [self._count - 1, 2 * self._count - 1], axis=2)
         found[0] += np.diag(self._stiffness)[:, 1:]
         found[1] += np.diag(self._damping)
-        return LocalEfforts(efforts, *found)
+        every = (item.reshape(*positions.shape, *item.shape[2:]) for item in (efforts, *found))
+        return LocalEfforts(*every)
 
 
-def _spans(count: int) -> Iterator[slice]:
-    return (slice(first, first + _BLOCK) for first in range(0, count, _BLOCK))
+def with_drive(drive: Array, free: Array) -> Array:
+    """Return what free coordinates have `(…, n)` behind what the drive has `(…)`."""
+    own = np.broadcast_to(drive[..., None], (*free.shape[:-1], 1))
+    return np.concatenate([own, free], axis=-1)
+
+
+def _flat(*states: Array) -> list[Array]:
+    return [item.reshape(-1, item.shape[-1]) for item in states]
+
+
+def _parts(states: Sequence[Array]) -> Iterator[list[Array]]:
+    """Return positions, speeds and accelerations of as many samples as are worked on at a time."""
+    for first in range(0, len(states[0]), LARGE_BLOCK):
+        yield [item[first : first + LARGE_BLOCK] for item in states]

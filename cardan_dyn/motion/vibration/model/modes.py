@@ -9,19 +9,12 @@ import numpy as np
 from ....core.elements.link_motions import LinkMotions
 from ....kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ....kit.periodic import nodes
+from .efforts import with_drive
 from .motion_equation import LocalEquation
 from .rotating_scene import RotatingScene
 
-_ROUNDING = 16.0 * EPS
-"""Error of an eigenvalue, as a fraction of the greatest."""
-_POSITIONS = 16
-"""Drive positions over a period at which ellipses are looked at, and averaged."""
 _TURNS = 1e-3
 """Speed of a link [rad/s per rad/s of the drive] below which it does not turn."""
-_STILL = 1e-10
-"""Motion across the axes of rotation, as a fraction of all motion, that is none."""
-_COINCIDE = 1e-8
-"""Difference of two eigenvalues, as a fraction, at which their modes may be combined."""
 _PLANAR = 0.1
 """Sense below which an ellipse is so thin that its mode counts as swinging in a plane."""
 
@@ -83,8 +76,9 @@ def modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
     matrix[:, free:, free:] = -np.linalg.solve(mass, damping)
     values, vectors = np.linalg.eig(matrix)
     size = np.abs(values)
-    # One mode may be faster than another by far: rounding is that of the fastest.
-    none = NOTHING * size + _ROUNDING * np.max(size, axis=1, keepdims=True)
+    # One mode may be faster than another by far: rounding is that of the fastest, and as many
+    # times as the matrix has entries.
+    none = NOTHING * size + EPS * matrix[0].size * np.max(size, axis=1, keepdims=True)
     is_real = np.abs(values.imag) <= none
     # Of each complex pair the upper one, of each real pair the greater: there λ² M + λ D + K rises.
     x = vectors[:, :free]
@@ -109,19 +103,19 @@ class WhirlSense:
     are weighed with mass and with moment of inertia. Links that do not turn count for nothing.
     """
 
-    def __init__(self, rotating: RotatingScene, q: Array, sense: float) -> None:
+    def __init__(self, rotating: RotatingScene, q: Array, sense: float, count: int) -> None:
         """Look at how links move.
 
         Args:
             rotating: the scene.
             q: `(n,)` positions of the free coordinates.
             sense: +1 or -1, in which the drive turns.
+            count: number of drive positions over a period at which ellipses are looked at.
         """
         mechanism, free = rotating.scene.mechanism, len(rotating.free)
         bodies = {body: name for name, (body, _) in mechanism.links.items() if body}
         links = LinkMotions(mechanism, bodies.values())
-        drive = nodes(_POSITIONS, rotating.period)
-        places = np.column_stack([drive, np.repeat(q[None], len(drive), axis=0)])
+        places = with_drive(nodes(count, rotating.period), np.repeat(q[None], count, axis=0))
         scene = rotating.driven
         # All joints, whatever the outputs are: links are placed by their motion.
         if scene.outputs != tuple(scene.mechanism.joints):
@@ -134,19 +128,19 @@ class WhirlSense:
         every, across, axes = [], [], []
         for index, inertia in enumerate(mechanism.model.inertias[body] for body in bodies):
             arm = moved[0][index].rotation @ inertia.lever
-            spin = np.broadcast_to(sense * moved[0][index].spin, (_POSITIONS, 3))
+            spin = np.broadcast_to(sense * moved[0][index].spin, (count, 3))
             size = np.linalg.norm(spin, axis=-1, keepdims=True)
             axis = np.where(size > _TURNS, spin / np.maximum(size, _TURNS), 0.0)[:, None, :]
             # Housings have no sense of rotation of their own, however heavy they are.
             turns = np.any(axis, axis=-1, keepdims=True)
             weights = (float(np.trace(inertia.inertia)) / 3.0, float(inertia.mass))
-            ways = np.zeros((2, _POSITIONS, free, 3))
+            ways = np.zeros((2, count, free, 3))
             for column, links_moved in enumerate(moved[1:]):
                 link = links_moved[index]
                 ways[0, :, column] = link.spin
                 ways[1, :, column] = link.velocity + np.cross(link.spin, arm)
             for weight, ends in zip(weights, ways, strict=True):
-                ends *= np.sqrt(weight / _POSITIONS)
+                ends *= np.sqrt(weight / count)
                 every.append(ends)
                 # The part of the swing along the link's own axis is no whirl.
                 across.append(turns * (ends - np.sum(ends * axis, axis=2, keepdims=True) * axis))
@@ -155,7 +149,7 @@ class WhirlSense:
         # Squares of R x lose nothing where motions of several coordinates cancel.
         self._whole = np.linalg.qr(whole)[1]
         basis, self._across = np.linalg.qr(rows)
-        turned = np.cross(np.stack(axes), np.swapaxes(basis.reshape(-1, _POSITIONS, 3, free), 2, 3))
+        turned = np.cross(np.stack(axes), np.swapaxes(basis.reshape(-1, count, 3, free), 2, 3))
         # Of e = a + i b, the axis times a × (-b), twice: -i e* · (axis × e).
         self._around = -1j * basis.T @ np.swapaxes(turned, 2, 3).reshape(-1, free)
 
@@ -167,7 +161,7 @@ class WhirlSense:
         ends = self._across @ shapes
         forward = np.sum(ends.conj() * (self._around @ ends), axis=-2).real
         size, whole = (np.sum(np.abs(item) ** 2, axis=-2) for item in (ends, self._whole @ shapes))
-        is_there = size > _STILL**2 * whole
+        is_there = size > ROUNDED**2 * whole
         return np.where(is_there, forward / np.where(is_there, size, 1.0), 0.0)
 
     def parted(self, value: Array, shapes: Array) -> Array:
@@ -186,7 +180,7 @@ class WhirlSense:
             basis = shapes[:, group]
             forward, size, whole = self._forms(basis)
             least = np.linalg.eigvalsh(size)[0]
-            if not least > _STILL**2 * np.trace(whole).real:
+            if not least > ROUNDED**2 * np.trace(whole).real:
                 continue  # Not all of them move anything across its axis of rotation.
             inverse = np.linalg.inv(np.linalg.cholesky(size))
             senses, ways = np.linalg.eigh(inverse @ forward @ inverse.conj().T)
@@ -215,7 +209,7 @@ def _coinciding(value: Array) -> list[list[int]]:
     groups: list[list[int]] = []
     for index, number in enumerate(value.tolist()):
         for group in groups:
-            if abs(number - value[group[0]]) <= _COINCIDE * abs(number):
+            if abs(number - value[group[0]]) <= NOTHING * abs(number):
                 group.append(index)
                 break
         else:

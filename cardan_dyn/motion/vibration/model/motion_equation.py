@@ -10,7 +10,7 @@ import numpy as np
 from ....kit.arrays import EPS, NOTHING, ROUNDED, Array, generic
 from ....kit.errors import AccuracyError, ArgumentError, CardanError, ModelError
 from ....kit.periodic import MOST_NODES, TAIL, amplitudes, next_size, nodes, tail
-from .efforts import FreeEfforts, LocalEfforts
+from .efforts import FreeEfforts, LocalEfforts, with_drive
 from .rotating_scene import RotatingScene
 
 _PROBES, _ASIDE = 3, 0.0125
@@ -33,17 +33,19 @@ class Course(NamedTuple):
     bend: Array
     speed: Array
 
+    def part(self, chosen: Array | slice | list[int]) -> Course:
+        """Return some of them, by a mask, indices or a slice."""
+        return Course(*(item[chosen] for item in self))
+
     @property
     def velocities(self) -> Array:
         """Speeds w `(S, N, 1 + n)` of drive and free coordinates."""
-        drive = np.broadcast_to(self.speed[:, None, None], (*self.q.shape[:2], 1))
-        return np.concatenate([drive, self.speed[:, None, None] * self.rate], axis=2)
+        return with_drive(self.speed[:, None], self.speed[:, None, None] * self.rate)
 
     @property
     def accelerations(self) -> Array:
         """Accelerations `(S, N, 1 + n)`, 0 of the drive."""
-        bend = self.speed[:, None, None] ** 2 * self.bend
-        return np.concatenate([np.zeros((*bend.shape[:2], 1)), bend], axis=2)
+        return with_drive(np.zeros(1), self.speed[:, None, None] ** 2 * self.bend)
 
 
 class LocalEquation(NamedTuple):
@@ -101,24 +103,17 @@ class MotionEquation:
             return self._along(course)
         except CardanError:
             if len(course.speed) > 1:
-                each = [
-                    self.along(Course(*(item[row : row + 1] for item in course)))
-                    for row in range(len(course.speed))
-                ]
+                each = [self.along(course.part([row])) for row in range(len(course.speed))]
                 return LocalEquation(*(np.concatenate(items) for items in zip(*each, strict=True)))
         size, count, free = course.q.shape
         none = np.full((size, count, free, free), np.nan)
         return LocalEquation(none[..., 0], none[:, 0, :, 0], none, none, none, none[..., 0])
 
     def _along(self, course: Course) -> LocalEquation:
-        shape = course.q.shape
-        drive = np.broadcast_to(self.positions[:, None], (*shape[:2], 1))
         w, a = course.velocities, course.accelerations
-        states = np.concatenate([drive, course.q], axis=2), w, a
-        flat = self.efforts.local(*(item.reshape(-1, 1 + shape[2]) for item in states))
+        every = self.efforts.local(with_drive(self.positions, course.q), w, a)
         # What moves the drive is not asked for.
-        split = (item.reshape(*shape[:2], *item.shape[1:])[:, :, 1:] for item in flat)
-        local = LocalEfforts(*split)
+        local = LocalEfforts(*(item[:, :, 1:] for item in every))
         inertia = (local.by_acceleration @ a[..., None])[..., 0]
         moved = (local.by_speed @ w[..., None])[..., 0]
         # Of squares of speeds, the derivative has twice as much as there is.
@@ -159,14 +154,14 @@ def motion_equation(rotating: RotatingScene, most: float) -> MotionEquation:
         count = len(drive)
         q = np.repeat(places, count, axis=0)
         w, a = (np.repeat(scale * item, count, axis=0) for item in moves)
-        found = efforts.local(np.column_stack([np.tile(drive, _PROBES), q]), pace * w, pace**2 * a)
+        found = efforts.local(with_drive(np.tile(drive, _PROBES), q), pace * w, pace**2 * a)
         powers = 1.0, units, pace * scale, pace**2 * scale
         return [
             (item[:, 1:] * power).reshape(_PROBES, count, -1)
             for item, power in zip(found, powers, strict=True)
         ]
 
-    position = np.column_stack([nodes(_PROBES, rotating.period), places])
+    position = with_drive(nodes(_PROBES, rotating.period), places)
     still = np.zeros_like(position)
     local = efforts.local(position, still, still)
     mass = local.by_acceleration[:, 1:, 1:]

@@ -22,32 +22,26 @@ from ....kit.errors import CardanError
 from ....kit.extremes import peak
 from ....kit.periodic import MOST_NODES, next_size, resampled, tail
 from ....kit.time_left import Task
-from ..model.motion_equation import LocalEquation, MotionEquation
-from .harmonic_balance import Motions, course_of, jacobian, lacks_orders, swings
+from ..model.motion_equation import Course, LocalEquation, MotionEquation
+from .harmonic_balance import MOST_STEPS, Motions, course_of, jacobian, lacks_orders, swings
 
-_FIRST, _SHORTEST, _LONGEST = 0.05, 1e-7, 0.3
+FIRST, _SHORTEST, _LONGEST = 0.05, 1e-7, 0.3
 """Steps: 1 is the greatest motion on the branch so far, or the width of the range."""
-_FORETOLD = 0.02
+FORETOLD = 0.02
 """Error of a motion that was foretold, in the same measure, at which a step is right."""
 _TURN = 0.45
 """Angle between two tangents [rad] from which on a step was too long."""
-_AT_LAST = 5e-3
-"""Shortest step towards the end of what is asked for."""
 _CUT = 1e-4
-"""Highest orders, as a fraction of a motion, that a rough branch may lack."""
-_MOST_CORRECTIONS = 7
+"""Highest orders, as a fraction of a motion, that a rough branch may lack; shortest step towards
+the end of what is asked for."""
 _MOST_POINTS, _MOST_ROUGH = 3000, 200
 """Of a branch, and of a rough one: none that was of use had more than a hundred."""
-_HALVINGS = 6
-"""Of the interval in which two branches cross, which then is shorter than the first step aside."""
-_LOOP = 8
-"""Points before which no curve can be closed."""
 _BACK = 0.25
 """How far before its beginning a branch may come back, as a fraction of the range of speed."""
 
 
-Way = tuple[Array, float]
-"""By how much a motion `(N, n)` and its speed change."""
+Way = Array
+"""By how much a state changes, see `Point`."""
 
 
 class Point(NamedTuple):
@@ -55,37 +49,59 @@ class Point(NamedTuple):
 
     Attributes:
         model: equation on its nodes.
-        speed: of the drive [rad/s].
-        q: `(N, n)` at the nodes of a period.
+        state: `(n N + 1,)` the free coordinates at the nodes of a period, one after the other, and
+            the speed of the drive.
         sign: of the determinant of the equation's Jacobian.
         way: along the branch, in either sense; None if it was not asked for.
     """
 
     model: MotionEquation
-    speed: float
-    q: Array
+    state: Array
     sign: float
     way: Way | None = None
 
     @classmethod
     def of(cls, motions: Motions, row: int = 0) -> Point:
         """Return one of motions."""
-        course, sign = motions.course, float(motions.sign[row])
-        return cls(motions.model, float(course.speed[row]), course.q[row], sign)
+        course = motions.course
+        state = np.append(course.q[row].T, course.speed[row])
+        return cls(motions.model, state, float(motions.sign[row]))
+
+    @property
+    def q(self) -> Array:
+        """The free coordinates `(N, n)`."""
+        return self.state[:-1].reshape(len(self.model.units), -1).T
+
+    @property
+    def speed(self) -> float:
+        """Of the drive [rad/s]."""
+        return float(self.state[-1])
+
+    def on(self, count: int) -> Point:
+        """Return the same on another number of nodes."""
+        return self._replace(model=self.model.on(count), state=self.resampled(self.state, count))
+
+    def resampled(self, change: Array, count: int) -> Array:
+        """Return a change of a state, or a state, on another number of nodes."""
+        nodes = change[:-1].reshape(len(self.model.units), -1)
+        return np.append(resampled(nodes, count, 1), change[-1])
 
     def is_same(self, other: Point, gap: Array) -> bool:
         """Return whether another motion differs by no more than a gap `(n,)`, and in no sign."""
         count = max(len(self.q), len(other.q))
-        apart = np.abs(resampled(self.q, count) - resampled(other.q, count))
+        apart = np.abs(self.on(count).q - other.on(count).q)
         # Near a fold two motions are close, but of opposite signs.
         return self.sign == other.sign and bool(np.all(apart <= gap))
 
     @property
     def motions(self) -> Motions:
         """The same as motions of one speed."""
-        course = course_of(self.q[None], np.array([self.speed]), self.model.period)
-        sign = np.array([self.sign])
-        return Motions(self.model, np.zeros(1, dtype=int), course, sign)
+        return Motions(self.model, np.zeros(1, dtype=int), self.course, np.array([self.sign]))
+
+    @property
+    def course(self) -> Course:
+        """The same as that of one motion."""
+        return course_of(self.q[None], self.state[-1:], self.model.period)
 
 
 class Fold(NamedTuple):
@@ -119,6 +135,7 @@ class Branch:
         first: float | None = None,
         way: Way | None = None,
         is_rough: bool = False,
+        is_steady: bool = False,
     ) -> None:
         """Follow the branch.
 
@@ -128,9 +145,10 @@ class Branch:
             first: speed at which it begins; somewhat before the start if None.
             way: along which to leave the start; towards the last speed if None.
             is_rough: whether points near to motions are enough, which have fewer nodes.
+            is_steady: whether steps never become longer, and it ends behind its first fold.
         """
         self._units, self._most = start.model.units, start.model.most
-        self._is_rough = is_rough
+        self._is_rough, self._is_steady = is_rough, is_steady
         self._first = start.speed - _BACK * (last - start.speed) if first is None else first
         self._last = last
         self._width = abs(last - (start.speed if first is None else first))
@@ -146,35 +164,39 @@ class Branch:
             self.reason = "it has no way on that is its own"
 
     def _follow(self, point: Point, way: Way | None) -> None:
-        sense = np.sign(self._last - self._first)
+        sense, ahead = np.sign(self._last - self._first), np.zeros_like(point.state)
+        ahead[-1] = sense
         if way is not None:
-            way = resampled(way[0], len(point.q)), way[1]
-        way = way or (np.zeros_like(point.q), sense)
-        point = self._at_home(point._replace(way=self._tangent(point, way)))
+            ahead = point.resampled(way, len(point.q))
+        point = self._at_home(point._replace(way=self._tangent(point, ahead)))
         self.points = [point]
-        step, shortest = _FIRST, _SHORTEST
+        step, shortest, longest = FIRST, _SHORTEST, FIRST if self._is_steady else _LONGEST
+        has_turned = False
         most = _MOST_ROUGH if self._is_rough else _MOST_POINTS
         with Task("branch", abs(self._last - self._first)) as task:
             while len(self.points) < most and step >= shortest:
                 try:
                     found = self._step(step)
                 except CardanError as error:
-                    found, shortest, self.reason = None, _AT_LAST, str(error)
+                    found, shortest, self.reason = None, _CUT, str(error)
                 if found is None:
                     step *= 0.4
                     continue
                 (point, factor), self.reason = found, ""
                 self._grow(point)
+                has_turned |= (point.speed - self.points[-1].speed) * sense < 0.0
                 self.points.append(point)
-                step = min(step * factor, _LONGEST)
+                step = min(step * factor, longest)
                 task.tell((point.speed - self._first) * sense)
                 self.is_whole = (point.speed - self._last) * sense >= 0.0
                 if self.is_whole:
                     return
-                if (point.speed - self._first) * sense < 0.0:
+                if not has_turned:
+                    continue
+                if self._is_steady or (point.speed - self._first) * sense < 0.0:
                     self.reason = "it turns back to where it began"
                     return
-                if len(self.points) > _LOOP and self._apart(point, self.points[0]) < 0.5 * step:
+                if len(self.points) > 2 and self._apart(point, self.points[0]) < 0.5 * step:
                     self.points.append(self.points[0])
                     self.reason = "it is a closed curve"
                     return
@@ -190,47 +212,49 @@ class Branch:
     def _step(self, step: float) -> tuple[Point, float] | None:
         """Return the next point, and by which factor steps may change; or None."""
         point = self.points[-1]
-        # Lengths have another measure where the branch has grown.
-        way, rate = self._along(point)
-        guess = point._replace(q=point.q + step * way, speed=point.speed + step * rate)
+        way = self._along(point)
+        guess = point._replace(state=point.state + step * way)
         if len(self.points) > 1:
             at, places = self._curve(self.points[-3:])
             guess = at(places[-1] + step)
         if guess.speed * self._last <= 0.0:
             return None
-        there = self._corrected(guess, (way, rate))
+        there = self._corrected(guess, way)
         if there is None:
             return None
         gap = self._apart(there, guess)
-        if gap > 2.0 * _FORETOLD:
+        if gap > 2.0 * FORETOLD:
             return None
         further = self._at_home(there)
-        # What the next tangent is compared with has the nodes and the model of the new point.
-        old = resampled(way, len(further.q)), rate
+        # What the next tangent is compared with has the nodes of the new point.
+        old = further.resampled(way, len(further.q))
         turn = float(np.arccos(min(1.0, self._product(old, self._along(further)))))
         if turn > _TURN:
             return None
-        factor = 0.8 * min(_TURN / max(turn, EPS), np.sqrt(_FORETOLD / max(gap, EPS)))
+        factor = 0.8 * min(_TURN / max(turn, EPS), np.sqrt(FORETOLD / max(gap, EPS)))
         return further, min(2.0, float(factor))
 
     def _along(self, point: Point) -> Way:
-        """Return the way along the branch at one of its points, of length 1."""
-        way, rate = point.way or self._tangent(point, (np.zeros_like(point.q), 1.0))
-        length = self._length(way, rate)
-        return way / length, rate / length
+        """Return the way along the branch at one of its points, of length 1.
+
+        Lengths have another measure where the branch has grown.
+        """
+        if point.way is not None:
+            return self._unit(point.way)
+        ahead = np.zeros_like(point.state)
+        ahead[-1] = 1.0
+        return self._tangent(point, ahead)
 
     def _curve(self, points: Sequence[Point]) -> tuple[Callable[[float], Point], Array]:
         """Return what foretells points at places on the way through some, and where these are.
 
         It is the polynomial through them along their tangents, over lengths of arcs of circles.
         """
-        first, count = points[0], max(len(point.q) for point in points)
-        flat = [
-            [np.append(resampled(item, count).T.ravel(), rate) for item, rate in kind]
-            for kind in (((point.q, point.speed) for point in points), map(self._along, points))
-        ]
-        values, ways = map(np.array, flat)
-        measure = self._dual(np.ones((count, first.q.shape[1])), 1.0)
+        count = max(len(point.q) for point in points)
+        first = points[0].on(count)
+        values = np.array([point.on(count).state for point in points])
+        ways = np.array([point.resampled(self._along(point), count) for point in points])
+        measure = self._weights(values[0])
         chords = np.diff(values, axis=0)
         sense = np.sign(np.sum(ways * measure * np.concatenate([chords[:1], chords]), axis=1))
         ways *= sense[:, None]
@@ -245,8 +269,7 @@ class Branch:
                 apart = places[own] - others
                 value = value + gap * (way - 2.0 * np.sum(1.0 / apart) * value)
                 state += np.prod((place - others) / apart) ** 2 * value
-            q = state[:-1].reshape(first.q.shape[1], count).T
-            return Point(first.model.on(count), float(state[-1]), q, first.sign)
+            return first._replace(state=state, way=None)
 
         return at, places
 
@@ -264,10 +287,8 @@ class Branch:
                 )
             if not self._lacks_orders(point) or len(point.q) == MOST_NODES:
                 return point
-            model = point.model.on(next_size(len(point.q) + 1))
-            way, rate = self._along(point)
-            finer = point._replace(model=model, q=resampled(point.q, model.count))
-            found = self._corrected(finer, (resampled(way, model.count), rate))
+            finer = point.on(next_size(len(point.q) + 1))
+            found = self._corrected(finer, point.resampled(self._along(point), len(finer.q)))
             if found is None:
                 raise CardanError("no motion was found beside its last one")
             point = found
@@ -279,70 +300,68 @@ class Branch:
 
     def _corrected(self, guess: Point, way: Way) -> Point | None:
         """Return the motion across a way, with the way on there in the same sense; or None."""
-        across, before = self._dual(*way), np.nan
-        model, speed, q = guess[:3]
-        for _ in range(_MOST_CORRECTIONS):
-            equation, matrix = self._bordered(model, q, speed, across)
+        across, before, state = self._weights(way) * way, np.nan, guess.state
+        units = np.repeat(self._units, len(guess.q))
+        for _ in range(MOST_STEPS):
+            equation, matrix = self._bordered(guess._replace(state=state), across)
             sides = np.zeros((len(matrix), 2))
             sides[:-1, 0], sides[-1, 1] = -equation.efforts[0].T.ravel(), 1.0
             try:
                 change, ahead = np.linalg.solve(matrix, sides).T
             except np.linalg.LinAlgError:
                 return None
-            change_q = change[:-1].reshape(q.shape[1], -1).T
-            q, speed = q + change_q, speed + float(change[-1])
-            length = max(
-                float(np.max(np.abs(change_q / self._units))), abs(float(change[-1] / speed))
-            )
-            if not length <= self._most or speed * self._last <= 0.0:
+            state = state + change
+            length = float(np.max(np.abs(change / np.append(units, state[-1]))))
+            # Steps that are too long, or grow, lead to another motion or nowhere.
+            if not length <= self._most or length > before or float(state[-1]) * self._last <= 0.0:
                 return None
             # Steps shrink by their squares.
             if length <= ROUNDED or length * (length / before) ** 2 <= EPS:
                 sign = float(np.linalg.slogdet(matrix[:-1, :-1])[0])
-                return Point(model, float(speed), q, sign, self._unit(ahead, q))
+                return Point(guess.model, state, sign, self._unit(ahead))
             before = length
         return None
 
-    def _bordered(
-        self, model: MotionEquation, q: Array, speed: float, across: Array
-    ) -> tuple[LocalEquation, Array]:
+    def _bordered(self, point: Point, across: Array) -> tuple[LocalEquation, Array]:
         """Return the equation of a motion, and its Jacobian beside the speed's, above a row."""
-        at = np.array([speed])
-        equation = model.along(course_of(q[None], at, model.period))
-        inner = jacobian(equation, at, model.period)[0]
-        matrix = np.empty((len(inner) + 1, len(inner) + 1))
-        matrix[:-1, :-1], matrix[:-1, -1], matrix[-1] = inner, equation.slope[0].T.ravel(), across
-        return equation, matrix
+        model, course = point.model, point.course
+        equation = model.along(course)
+        inner = jacobian(equation, course.speed, model.period)[0]
+        side = equation.slope[0].T.reshape(-1, 1)
+        return equation, np.vstack([np.hstack([inner, side]), across])
 
     def _tangent(self, point: Point, way: Way) -> Way:
         """Return the way on of length 1, in the sense of another one."""
-        _, matrix = self._bordered(point.model, point.q, point.speed, self._dual(*way))
+        _, matrix = self._bordered(point, self._weights(way) * way)
         side = np.zeros(len(matrix))
         side[-1] = 1.0
-        return self._unit(np.linalg.solve(matrix, side), point.q)
+        return self._unit(np.linalg.solve(matrix, side))
 
-    def _unit(self, change: Array, q: Array) -> Way:
-        """Return a change of nodes and speed `(n N + 1,)` as a way of length 1."""
-        way, rate = change[:-1].reshape(q.shape[1], -1).T, float(change[-1])
-        length = self._length(way, rate)
-        return way / length, rate / length
-
-    def _dual(self, way: Array, rate: float) -> Array:
-        """Return the row whose product with a change is its inner product with a way."""
-        size = (self._size * self._units) ** 2 * way.size
-        return np.append((way / size).T.ravel(), rate / self._width**2)
+    def _weights(self, way: Way) -> Array:
+        """Return what squares of the changes of a way are weighed with in that of its length."""
+        count = (len(way) - 1) // len(self._units)
+        sizes = np.append(np.repeat(self._size * self._units, count), self._width)
+        sizes[:-1] *= np.sqrt(len(way) - 1)
+        return np.asarray(sizes**-2.0)
 
     def _product(self, first: Way, second: Way) -> float:
-        return float(self._dual(*first) @ np.append(second[0].T.ravel(), second[1]))
+        return float(np.sum(self._weights(first) * first * second))
 
-    def _length(self, way: Array, rate: float) -> float:
-        return float(np.sqrt(self._product((way, rate), (way, rate))))
+    def _length(self, way: Way) -> float:
+        return float(np.sqrt(self._product(way, way)))
+
+    def _unit(self, way: Way) -> Way:
+        """Return a way with length 1."""
+        return way / self._length(way)
+
+    def _between(self, first: Point, second: Point, count: int = 0) -> Way:
+        """Return the way from one point to another, on the nodes of the finer one or on others."""
+        count = count or max(len(first.q), len(second.q))
+        return second.on(count).state - first.on(count).state
 
     def _apart(self, first: Point, second: Point) -> float:
         """Return the distance of two points."""
-        count = max(len(first.q), len(second.q))
-        way = resampled(first.q, count) - resampled(second.q, count)
-        return self._length(way, first.speed - second.speed)
+        return self._length(self._between(first, second))
 
     def greatest(self, index: int, measure: Callable[[Point], float]) -> Point:
         """Return the point beside an inner one at which a measure is greatest.
@@ -435,7 +454,8 @@ class Branch:
             passed = at(brentq(lambda place, at=at: at(place).speed - speed, *places))
             # In a fold itself the sign changes.
             one = second if place in folds else first
-            found.append(passed._replace(speed=speed, sign=one.sign))
+            passed.state[-1] = speed
+            found.append(passed._replace(sign=one.sign))
         return found
 
     def crossed(self) -> list[tuple[Point, Way]]:
@@ -450,7 +470,7 @@ class Branch:
     def _sign_change(self, first: Point, second: Point) -> Point:
         """Return a point near to the place between two points at which the sign changes."""
         low, high, found = 0.0, 1.0, first
-        for _ in range(_HALVINGS):
+        while high - low > FORETOLD:
             middle = 0.5 * (low + high)
             point = self.between(first, second, middle)
             if point is None:
@@ -461,18 +481,15 @@ class Branch:
 
     def _aside(self, point: Point, first: Point, second: Point) -> tuple[Point, Way]:
         """Return a point at which the Jacobian is singular, and the way across this branch."""
-        ends = [resampled(end.q, len(point.q)) for end in (first, second)]
-        way = self._tangent(point, (ends[1] - ends[0], second.speed - first.speed))
-        _, matrix = self._bordered(point.model, point.q, point.speed, self._dual(*way))
+        way = self._tangent(point, self._between(first, second, len(point.q)))
+        _, matrix = self._bordered(point, self._weights(way) * way)
         scale = np.append(np.repeat(self._units * self._size, len(point.q)), self._width)
         rows = np.max(np.abs(matrix * scale), axis=1, keepdims=True)
-        aside = np.linalg.svd(matrix * scale / rows)[2][-1] * scale
-        return point, self._unit(aside, point.q)
+        return point, self._unit(np.linalg.svd(matrix * scale / rows)[2][-1] * scale)
 
     def beside(self, point: Point, way: Way) -> Point | None:
         """Return the point at a first step along a way that leaves this branch; None if none."""
-        q, speed = point.q + _FIRST * way[0], point.speed + _FIRST * way[1]
-        return self._corrected(point._replace(q=q, speed=speed), way)
+        return self._corrected(point._replace(state=point.state + FIRST * way), way)
 
     def between(self, first: Point, second: Point, share: float) -> Point | None:
         """Return the point at a share of the way from one to the next."""
@@ -483,8 +500,7 @@ class Branch:
         """Return the same, and how far from it was foretold."""
         at, places = self._curve([first, second])
         guess = at(share * places[-1])
-        ends = [resampled(point.q, len(guess.q)) for point in (first, second)]
-        found = self._corrected(guess, (ends[1] - ends[0], second.speed - first.speed))
+        found = self._corrected(guess, self._between(first, second, len(guess.q)))
         return found and (found, self._apart(found, guess))
 
 

@@ -13,26 +13,21 @@ way, held at speed, is the case w = Ω.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import NOTHING, Array
+from ....kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ....kit.checks import described, numbers
 from ....kit.differences import displacements, slopes
 from ....kit.errors import ArgumentError, VibrationError
 from ....kit.periodic import derivatives, interpolation, next_size, nodes, tail
-from ..model.efforts import FreeEfforts, LocalEfforts
+from ..model.efforts import FreeEfforts, with_drive
 
-_STEPS = 12
-_CONVERGED = 1e-10
-"""Residual, as a fraction of the efforts, at which a motion is found."""
-_MOST_LEFT = 1e-8
-"""Residual with which none is returned, and highest orders that are."""
-_SLOW = 0.05
-"""Residual after a step, as a fraction of that before, from which on derivatives are renewed."""
+_MOST_LEFT = float(np.sqrt(EPS))
+"""Residual, and highest orders, as a fraction of the whole, with which no motion is returned."""
 
 
 @dataclass(frozen=True)
@@ -110,36 +105,6 @@ class Driven(NamedTuple):
     lack: Array
 
 
-class _Grid(NamedTuple):
-    """Nodes of a period.
-
-    Attributes:
-        size: N, their number.
-        period: [rad].
-    """
-
-    size: int
-    period: float
-
-    @property
-    def derivatives(self) -> tuple[Array, Array]:
-        """Matrices `(N, N)` of first and second derivatives by the drive's position."""
-        return derivatives(self.size, self.period)
-
-    def states(self, pace: Array, q: Array) -> tuple[Array, Array, Array]:
-        """Return positions, speeds, accelerations `(S, N, 1 + n)` of drive and coordinates."""
-        first, second = self.derivatives
-        rate, bend = (np.einsum("ij,sjk->sik", item, q) for item in (first, second))
-        w = pace[..., None]
-        pull = (pace * (pace @ first.T))[..., None]
-        drive = np.broadcast_to(nodes(self.size, self.period), pace.shape)[..., None]
-        return (
-            np.concatenate([drive, q], axis=2),
-            np.concatenate([w, w * rate], axis=2),
-            np.concatenate([pull, w**2 * bend + pull * rate], axis=2),
-        )
-
-
 class DrivenMotions:
     """Finds motions under a torque near those at constant speed."""
 
@@ -172,114 +137,120 @@ class DrivenMotions:
         q, period = self._repeated(speed, q, divisor)
         pace = np.repeat(speed[:, None], q.shape[1], axis=1)
         if self._is_held:
-            return self._driven(_Grid(q.shape[1], period), speed, pace, q)
-        return self._solved(_Grid(q.shape[1], period), speed, pace, q)
+            found, _ = self._driven(period, speed, pace, q)
+            return found._replace(lack=found.torque)
+        return self._solved(period, speed, pace, q)
 
     def _repeated(self, speed: Array, q: Array, divisor: int) -> tuple[Array, float]:
         """Return motions over the part of the period after which the drive's effort repeats too."""
         count, period = q.shape[1], self._period / divisor
         if divisor == 1:
             return q, period
-        pace = np.repeat(speed[:, None], count, axis=1)
-        states = _Grid(count, period).states(pace, q)
-        later = states[0] + period * np.eye(1 + q.shape[2])[0]
-        efforts, others = (self._at(place, states[1:])[0] for place in (states[0], later))
+        place, *moves = _states(period, np.repeat(speed[:, None], count, axis=1), q)
+        later = place + period * np.eye(1 + q.shape[2])[0]
+        efforts, others = (self._efforts(at, *moves) for at in (place, later))
         if np.max(np.abs(efforts - others)) <= NOTHING * np.max(np.abs(efforts)):
             return q, period
         places = nodes(next_size(divisor * count), self._period)
         weights = interpolation(places, count, period)
         return np.einsum("kj,sjn->skn", weights, q), self._period
 
-    def _solved(self, grid: _Grid, speed: Array, pace: Array, q: Array) -> Driven:
+    def _solved(self, period: float, speed: Array, pace: Array, q: Array) -> Driven:
         """Return motions by Newton's method, near those given."""
         size, count, free = q.shape
-        lack, least, matrix = np.zeros(size), np.full(size, np.inf), None
-        scale = self._scale(grid, pace, q)
-        for _ in range(_STEPS):
-            left = self._left(grid, speed, pace, q, lack, scale)
-            now = np.max(np.abs(left), axis=1) / scale
-            if np.all(now <= _CONVERGED) or np.all(now > 0.5 * least):
-                break
-            if matrix is None or np.any((now > _SLOW * least) & (now > _CONVERGED)):
-                matrix = self._jacobian(grid, speed, pace, q, scale)
-            least = now
-            step = np.linalg.solve(matrix, -left[..., None])[..., 0]
+        lack, length, is_left = np.zeros(size), np.full(size, np.inf), True
+        while is_left:
+            matrix, left, scale = self._linear(period, speed, pace, q, lack)
+            step, before = np.linalg.solve(matrix, -left[..., None])[..., 0], length
             pace = pace + step[:, :count] * speed[:, None]
             q = q + step[:, count:-1].reshape(size, count, free) * self._units
             lack = lack + step[:, -1] * scale
-            if not np.all(pace * speed[:, None] > 0.0):
-                now = np.where(np.all(pace * speed[:, None] > 0.0, axis=1), now, np.inf)
-                break
+            turns = np.all(pace * speed[:, None] > 0.0, axis=1)
+            # Steps that shrink no more are rounding, or lead nowhere.
+            length = np.max(np.abs(step), axis=1)
+            is_left = bool(np.all(turns) and np.any((length > ROUNDED) & (length < 0.5 * before)))
         rough = np.maximum(tail(pace, 1), np.max(tail(q, 1) * np.max(np.abs(q), axis=1), axis=1))
-        wrong = ~(np.maximum(now, rough) <= _MOST_LEFT)
-        if np.any(wrong):
-            at = float(speed[np.argmax(wrong)])
-            raise VibrationError(
-                "no periodic motion was found in which a torque moves the drive with a mean speed "
-                f"of {at:.12g} rad/s: its inertia may be too small to turn through",
-                speed=at,
-            )
-        return self._driven(grid, speed, pace, q, lack)
+        wrong = ~(turns & (rough <= _MOST_LEFT))
+        if not np.any(wrong):
+            found, efforts = self._driven(period, speed, pace, q, lack)
+            wrong = ~(np.max(np.abs(efforts), axis=(1, 2)) <= _MOST_LEFT * scale)
+            if not np.any(wrong):
+                return found
+        at = float(speed[np.argmax(wrong)])
+        raise VibrationError(
+            "no periodic motion was found in which a torque moves the drive with a mean speed "
+            f"of {at:.12g} rad/s: its inertia may be too small to turn through",
+            speed=at,
+        )
 
     def _driven(
-        self, grid: _Grid, speed: Array, pace: Array, q: Array, lack: Array | None = None
-    ) -> Driven:
-        place, *moves = grid.states(pace, q)
-        torque = np.mean(self._at(place, moves)[0][..., 0], axis=1)
+        self, period: float, speed: Array, pace: Array, q: Array, lack: Array | float = 0.0
+    ) -> tuple[Driven, Array]:
+        """Return motions, and efforts `(S, N, 1 + n)` that sweeps find beyond what acts."""
+        place, *moves = _states(period, pace, q)
+        efforts = self._efforts(place, *moves)
+        torque = np.mean(efforts[..., 0], axis=1)
+        efforts[..., 0] -= self._given.at(pace) + np.reshape(lack, (-1, 1))
         # Free coordinates move by w q'.
-        return Driven(speed, pace, q, moves[0][..., 1:], torque, torque if lack is None else lack)
+        return Driven(speed, pace, q, moves[0][..., 1:], torque, np.asarray(lack)), efforts
 
-    def _scale(self, grid: _Grid, pace: Array, q: Array) -> Array:
-        """Return sizes of the efforts `(S,)`: those while nothing accelerates, and the torque."""
-        place, speed, acceleration = grid.states(pace, q)
-        still = self._at(place, (speed, 0.0 * acceleration))[0]
-        given = np.max(np.abs(self._given.at(pace)), axis=1)
-        return np.asarray(np.maximum(np.max(np.abs(still), axis=(1, 2)), given) + 1e-300)
+    def _linear(
+        self, period: float, speed: Array, pace: Array, q: Array, lack: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return the equations about motions, by pace / Ω, q / unit and lack / size.
 
-    def _left(
-        self, grid: _Grid, speed: Array, pace: Array, q: Array, lack: Array, scale: Array
-    ) -> Array:
-        """Return what is left of the equations `(S, N (1 + n) + 1)`."""
-        place, *moves = grid.states(pace, q)
-        effort = self._at(place, moves)[0]
-        effort[..., 0] -= self._given.at(pace) + lack[:, None]
-        time = np.mean(speed[:, None] / pace, axis=1) - 1.0
-        return np.concatenate([effort.reshape(len(q), -1), (time * scale)[:, None]], axis=1)
-
-    def _at(self, position: Array, *moves: Sequence[Array]) -> list[Array]:
-        """Return efforts `(S, N, 1 + n)` at positions, for each pair of speeds, accelerations."""
-        shape = position.shape
-        flat = [(v.reshape(-1, shape[2]), a.reshape(-1, shape[2])) for v, a in moves]
-        found = self._efforts.through(position.reshape(-1, shape[2]), flat)
-        return [item.reshape(shape) for item in found]
-
-    def _jacobian(self, grid: _Grid, speed: Array, pace: Array, q: Array, scale: Array) -> Array:
-        """Return derivatives `(S, K, K)` of the equations by pace / Ω, q / unit and lack / size."""
+        Returns:
+            Derivatives `(S, K, K)` and values `(S, K)`, in sizes of the efforts `(S,)`: of those
+            while nothing accelerates, and of the torque; and these.
+        """
         size, count, free = q.shape
-        first, second = grid.derivatives
-        rate, bend = (np.einsum("ij,sjk->sik", item, q) for item in (first, second))
-        change, w, own = (pace @ first.T)[..., None], pace[..., None], np.eye(count)
-        place, *moves = grid.states(pace, q)
-        flat = self._efforts.local(*(item.reshape(-1, 1 + free) for item in (place, *moves)))
-        local = LocalEfforts(*(item.reshape(size, count, *item.shape[1:]) for item in flat))
+        first, second = derivatives(count, period)
+        states = _states(period, pace, q)
+        local, given = self._efforts.local(*states), self._given.at(pace)
+        still = local.efforts - (local.by_acceleration @ states[2][..., None])[..., 0]
+        scale = np.maximum(np.max(np.abs(still), axis=(1, 2)), np.max(np.abs(given), axis=1))
+        scale = np.where(scale > 0.0, scale, 1.0)
+        local.efforts[..., 0] -= given + lack[:, None]
+        time = np.mean(speed[:, None] / pace, axis=1, keepdims=True) - 1.0
+        left = np.hstack([local.efforts.reshape(size, -1) / scale[:, None], time])
         # Speeds are w and w q', accelerations w w' and w² q'' + w w' q'.
-        ahead = np.concatenate([np.ones_like(w), rate], axis=2)
-        plain = np.concatenate([change, 2.0 * w * bend + change * rate], axis=2)
-        steep = np.einsum("sjik,sjk->sji", local.by_acceleration, ahead) * w
-        direct = np.einsum("sjik,sjk->sji", local.by_acceleration, plain)
-        direct += np.einsum("sjik,sjk->sji", local.by_speed, ahead)
-        direct[..., 0] -= self._given.slope(pace)
-        by_pace = np.einsum("sji,jl->sjil", direct, own) + np.einsum("sji,jl->sjil", steep, first)
+        rate, bend = first @ q, second @ q
+        change, w, own = (pace @ first.T)[..., None], pace[..., None], np.eye(count)
+        ahead = with_drive(np.ones(1), rate)
+        plain = with_drive(change[..., 0], 2.0 * w * bend + change * rate)
+        steep = (local.by_acceleration @ ahead[..., None])[..., 0] * w
+        direct = local.by_acceleration @ plain[..., None] + local.by_speed @ ahead[..., None]
+        direct[..., 0, 0] -= self._given.slope(pace)
+        by_pace = direct * own[:, None] + steep[..., None] * first[:, None]
         slope = w[..., None] * local.by_speed[..., 1:]
         slope += (w * change)[..., None] * local.by_acceleration[..., 1:]
         curve = w[..., None] ** 2 * local.by_acceleration[..., 1:]
         by_q = np.zeros((size, count, 1 + free, count, free))
         for part, along in ((local.by_position, own), (slope, first), (curve, second)):
-            by_q += np.einsum("sjik,jl->sjilk", part, along)
+            by_q += part[..., None, :] * along[:, None, :, None]
         rows = count * (1 + free)
         matrix = np.zeros((size, rows + 1, rows + 1))
         matrix[:, :-1, :count] = by_pace.reshape(size, rows, count) * speed[:, None, None]
         matrix[:, :-1, count:-1] = (by_q * self._units).reshape(size, rows, count * free)
-        matrix[:, : rows : 1 + free, -1] = -scale[:, None]
-        matrix[:, -1, :count] = -((speed[:, None] / pace) ** 2) / count * scale[:, None]
-        return matrix
+        matrix[:, :-1] /= scale[:, None, None]
+        matrix[:, : rows : 1 + free, -1] = -1.0
+        matrix[:, -1, :count] = -((speed[:, None] / pace) ** 2) / count
+        return matrix, left, scale
+
+
+def _states(period: float, pace: Array, q: Array) -> tuple[Array, Array, Array]:
+    """Return positions, speeds, accelerations `(S, N, 1 + n)` of drive and coordinates.
+
+    Args:
+        period: [rad], of which the nodes are.
+        pace: of the drive `(S, N)` [rad/s].
+        q: `(S, N, n)`.
+    """
+    first, second = derivatives(q.shape[1], period)
+    rate, bend = first @ q, second @ q
+    pull, w = pace * (pace @ first.T), pace[..., None]
+    return (
+        with_drive(nodes(q.shape[1], period), q),
+        with_drive(pace, w * rate),
+        with_drive(pull, w**2 * bend + pull[..., None] * rate),
+    )

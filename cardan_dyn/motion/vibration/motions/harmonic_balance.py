@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,11 +15,9 @@ from ....kit.arrays import EPS, ROUNDED, Array
 from ....kit.periodic import MOST_NODES, TAIL, derivatives, next_size, resampled, tail
 from ..model.motion_equation import Course, LocalEquation, MotionEquation
 
-_MOST_STEPS = 30
-_SINGULAR_STEPS = 8
-"""Steps after which motions without effort that still move are those of a singular Jacobian."""
-_NUMBERS = 2_000_000
-"""Numbers (16 MB) of Jacobians that are solved at a time."""
+MOST_STEPS = 30
+NUMBERS = 8_000_000
+"""Numbers (64 MB) of equations that are solved at a time."""
 _CUT = 1e3
 """Multiple of what is rounding, of the highest orders, from which on a motion lacks some."""
 
@@ -43,32 +40,13 @@ class Motions:
 
     def part(self, chosen: Array | slice) -> Motions:
         """Return some of them, by a mask, indices or a slice."""
-        course = Course(*(item[chosen] for item in self.course))
+        course = self.course.part(chosen)
         return replace(self, index=self.index[chosen], course=course, sign=self.sign[chosen])
 
     @cached_property
     def equation(self) -> LocalEquation:
         """The equation of small changes along them."""
         return self.model.along(self.course)
-
-
-class Found(NamedTuple):
-    """What Newton's method found from S guesses.
-
-    Attributes:
-        course: the motions.
-        converged: `(S,)` whether they are solutions no farther from their means than is asked.
-        sign: `(S,)` sign of the Jacobian's determinant, 0 where it is singular.
-    """
-
-    course: Course
-    converged: Array
-    sign: Array
-
-    def part(self, chosen: Array | slice) -> Found:
-        """Return some of it, by a mask or a slice."""
-        course = Course(*(item[chosen] for item in self.course))
-        return Found(course, self.converged[chosen], self.sign[chosen])
 
 
 def course_of(q: Array, speed: Array, period: float) -> Course:
@@ -143,45 +121,32 @@ def swings(q: Array, units: Array) -> Array:
     return np.asarray(np.max(np.abs(q - np.mean(q, axis=1, keepdims=True)) / units, axis=(1, 2)))
 
 
-def solved(model: MotionEquation, speed: Array, guess: Array) -> Found:
+def solved(model: MotionEquation, speed: Array, guess: Array) -> tuple[Motions, Array]:
     """Return motions near guesses.
 
     Args:
         model: equation on the nodes of the guesses.
         speed: of the drive `(S,)` [rad/s].
         guess: `(S, N, n)`.
+
+    Returns:
+        One for each guess, and whether it is a solution no farther from its mean than is asked.
     """
-    each = max(1, _NUMBERS // guess[0].size ** 2) if len(guess) else 1
-    if len(guess) > each:
-        parts = [
-            solved(model, speed[first : first + each], guess[first : first + each])
-            for first in range(0, len(guess), each)
-        ]
-        courses = zip(*(part.course for part in parts), strict=True)
-        return Found(
-            Course(*(np.concatenate(items) for items in courses)),
-            np.concatenate([part.converged for part in parts]),
-            np.concatenate([part.sign for part in parts]),
-        )
-    size = len(guess)
-    q, sign = guess.copy(), np.zeros(size)
-    converged, active = np.zeros(size, dtype=bool), np.ones(size, dtype=bool)
-    before = np.full(size, np.nan)
-    for count in range(_MOST_STEPS):
-        (index,) = np.nonzero(active)
-        if not index.size:
-            break
+    size, together = len(guess), max(1, NUMBERS // max(1, guess[:1].size ** 2))
+    q, sign, converged = guess.copy(), np.zeros(size), np.zeros(size, dtype=bool)
+    steps_left, before = np.full(size, MOST_STEPS), np.full(size, np.nan)
+    while np.any(steps_left):
+        index = np.nonzero(steps_left)[0][:together]
+        steps_left[index] -= 1
         equation = model.along(course_of(q[index], speed[index], model.period))
         matrix = jacobian(equation, speed[index], model.period)
         step = newton_steps(matrix, equation.efforts)
         length = np.max(np.abs(step / model.units), axis=(1, 2))
         left = np.max(np.max(np.abs(equation.efforts), axis=1) / _scale(equation), axis=1)
-        is_still = left <= ROUNDED
-        if count >= _SINGULAR_STEPS:
-            # Along what nothing holds rounding decides: there the motion stays where it is.
-            for item in np.nonzero(is_still & ~(length <= ROUNDED))[0]:
-                step[item] = _least_step(matrix[item], equation.efforts[item], model.units)
-                length[item] = np.max(np.abs(step[item] / model.units))
+        # Along what nothing holds rounding decides: there the motion stays where it is.
+        for item in np.nonzero((left <= ROUNDED) & ~(length <= ROUNDED))[0]:
+            step[item] = _least_step(matrix[item], equation.efforts[item], model.units)
+            length[item] = np.max(np.abs(step[item] / model.units))
         bad = ~np.isfinite(length)
         step[bad] = 0.0
         # No step goes farther than motions do.
@@ -192,15 +157,16 @@ def solved(model: MotionEquation, speed: Array, guess: Array) -> Found:
         # Steps that shrink by their squares tell how long the next one is.
         with np.errstate(over="ignore", invalid="ignore"):
             following = length * (length / before[index]) ** 2
-        is_near = length <= np.sqrt(ROUNDED)
         # Steps that short that shrink no more are rounding.
+        is_near = length <= np.sqrt(ROUNDED)
         is_last = is_near & ((following <= EPS) | (length > 0.5 * before[index]))
         before[index] = length
         done = ((length <= ROUNDED) | is_last) & ~gone
         sign[index[done]] = np.linalg.slogdet(matrix[done])[0]
-        converged[index[done & (way <= model.most)]] = True
-        active[index[done | gone]] = False
-    return Found(course_of(q, speed, model.period), converged, sign)
+        converged[index[done]] = way[done] <= model.most
+        steps_left[index[done | gone]] = 0
+    course = course_of(q, speed, model.period)
+    return Motions(model, np.arange(size), course, sign), converged
 
 
 def _scale(equation: LocalEquation) -> Array:
@@ -208,44 +174,32 @@ def _scale(equation: LocalEquation) -> Array:
     return np.where(equation.scale > 0.0, equation.scale, 1.0)
 
 
-def resolved(model: MotionEquation, speed: Array, guess: Array) -> list[tuple[Motions, Array]]:
-    """Return motions with as many orders as they need.
+def found_near(model: MotionEquation, speed: Array, guess: Array) -> list[Motions]:
+    """Return motions with as many orders as they need, those on as many nodes in one.
 
     Args:
         model: equation on the least number of nodes.
         speed: of the drive `(S,)`.
-        guess: `(S, N, n)`; on these nodes, or more.
-
-    Returns:
-        groups of those guesses that need the same number of nodes, and which have converged.
+        guess: `(S, N, n)`; on these nodes, or more. Near some there may be none.
     """
     count, index = max(model.count, guess.shape[1]), np.arange(len(speed))
-    groups = []
-    before = np.full(len(speed), np.inf)
+    groups, before = [], np.full(len(speed), np.inf)
     while True:
         model, guess = model.on(count), resampled(guess, count, 1)
-        found = solved(model, speed[index], guess)
-        q = found.course.q
-        rough = _roughness(model, q)
+        found, there = solved(model, speed[index], guess)
+        rough = _roughness(model, found.course.q)
         # Where more nodes bring nothing, rounding is what is left. Where there is more of it,
         # orders are missing that are not yet smaller than others.
-        again = found.converged & (rough > 1.0) & ((rough < 0.3 * before) | (rough > _CUT))
+        again = there & (rough > 1.0) & ((rough < 0.3 * before) | (rough > _CUT))
         if count >= MOST_NODES:
-            again[:] = False
-            found.converged[rough > _CUT] = False
-        if not np.all(again):
-            own = found.part(~again)
-            groups.append((Motions(model, index[~again], own.course, own.sign), own.converged))
+            again[:], there = False, there & (rough <= _CUT)
+        if np.any(there & ~again):
+            own = found.part(there & ~again)
+            groups.append(replace(own, index=index[own.index]))
         if not np.any(again):
             return groups
-        index, guess, before = index[again], q[again], rough[again]
+        index, guess, before = index[again], found.course.q[again], rough[again]
         count = next_size(count + 1)
-
-
-def found_near(model: MotionEquation, speed: Array, guess: Array) -> list[Motions]:
-    """Return the motions alone that `resolved` finds."""
-    every = resolved(model, speed, guess)
-    return [motions.part(there) for motions, there in every if np.any(there)]
 
 
 def lacks_orders(model: MotionEquation, q: Array) -> Array:

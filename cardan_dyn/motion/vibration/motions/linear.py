@@ -8,11 +8,7 @@ from ....kit.arrays import ROUNDED, Array
 from ....kit.periodic import amplitudes, orders_of, sampled
 from ..model.modes import averaged
 from ..model.motion_equation import Course, MotionEquation
-from .harmonic_balance import Motions, jacobian, newton_steps
-
-_STEPS = 40
-_LONGEST = 0.5
-"""Longest step towards a place of rest, in units of the coordinates."""
+from .harmonic_balance import MOST_STEPS, Motions, jacobian, newton_steps
 
 
 def at_mean(course: Course) -> Course:
@@ -23,14 +19,14 @@ def at_mean(course: Course) -> Course:
 def resting(model: MotionEquation, start: Array, speed: Array) -> list[Motions]:
     """Return the places near a start `(n,)` at which mean efforts vanish at rest."""
     q, there = np.tile(start, (len(speed), 1)), np.zeros(len(speed), dtype=bool)
-    for _ in range(_STEPS):
+    for _ in range(MOST_STEPS):
         equation = model.along(_at_rest(q, speed, model.count))
         stiffness, efforts = (np.mean(x, axis=1) for x in (equation.stiffness, equation.efforts))
         lost = ~np.all(np.isfinite(stiffness), axis=(1, 2))
         stiffness[lost], efforts[lost] = 0.0, 0.0
         step = -(np.linalg.pinv(stiffness, rcond=ROUNDED) @ efforts[..., None])[..., 0]
         length = np.max(np.abs(step) / model.units, axis=1)
-        q += step * np.minimum(1.0, _LONGEST / np.maximum(length, _LONGEST))[:, None]
+        q += step * (model.most / np.maximum(length, model.most))[:, None]
         # Newton's method doubles digits.
         there = (length <= np.sqrt(ROUNDED)) & ~lost
         if np.all(there | lost):

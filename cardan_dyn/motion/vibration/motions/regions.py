@@ -12,25 +12,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import ROUNDED, Array
+from ....kit.arrays import EPS, ROUNDED, Array
 from ....kit.extremes import peak
 from .search import MotionSearch
 from .stability import NONE, STABLE, Stability, judged, separation, stability
 
-_ROUNDS = 7
-"""Rounds of the search for a region between two speeds, each four times as fine as the last."""
 _PLACES = 9
 """Speeds at which an interval is looked at in each round, its ends among them."""
 _EDGE = 1e-8
-"""Width, as a fraction of the speed, of the interval in which an edge lies at last."""
+"""Width, as a fraction of the speed, of the interval in which an edge, or a region, lies."""
 _NEIGHBOURS = 16
 """Known speeds through which a polynomial goes; with two of them fewer it tells its error,
 and where that is rounding, nothing is integrated."""
-_ROUNDING = 1e-15
-"""Error of a known number, as a fraction of it, which weights of a polynomial magnify."""
-_HALVINGS, _FEW = 8, 12
-"""How often the speed in the middle of those that nothing tells, between two known ones, is looked
-at; and how many are looked at all together."""
 
 
 class Judged(NamedTuple):
@@ -86,24 +79,15 @@ class StabilityOverSpeed:
             np.zeros(size, dtype=bool),
         )
         left = np.arange(size)
-        for _ in range(_HALVINGS):
-            left = left[~self._told(speeds, left, found)]
-            if len(left) <= _FEW:
-                break
+        while (left := left[~self._told(speeds, left, found)]).size:
+            # Of those that nothing tells between two known ones, that in the middle.
             new = np.unique(speeds[left])
             after = np.searchsorted(self._speeds, new)
             middle = 0.5 * (self._speeds[after - 1] + self._speeds[after])
             order = np.lexsort((np.abs(new - middle), after))
-            self._find(new[order[np.unique(after[order], return_index=True)[1]]])
-        if left.size:
-            self._find(np.setdiff1d(speeds[left], self._speeds))
-            self._told(speeds, left, found)
+            new = new[np.sort(order[np.unique(after[order], return_index=True)[1]])]
+            self._keep(new, stability(self._search, new))
         return found
-
-    def _find(self, speeds: Array) -> None:
-        """Find motions at speeds that are not known, and their stability."""
-        if speeds.size:
-            self._keep(speeds, stability(self._search, speeds))
 
     def _keep(self, speeds: Array, new: Stability) -> None:
         """Keep what was found at speeds that were not known."""
@@ -176,7 +160,7 @@ def _interpolated(
         weights, fewer = _lagrange(places, at), _lagrange(places[:, 1:-1], at)
         values = np.einsum("sk,skf->sf", weights, taken)
         gap = np.abs(values - np.einsum("sk,skf->sf", fewer, taken[:, 1:-1]))
-        error = _ROUNDING * np.sum(np.abs(weights), axis=1)
+        error = EPS * np.sum(np.abs(weights), axis=1)
         greatest = np.maximum(np.max(np.abs(values[:, : ends[0]]), axis=1), 1.0)
         for part, size in zip(np.split(gap, ends, axis=1), (greatest, *others), strict=True):
             error = np.maximum(error, np.max(part, axis=1) / size)
@@ -284,9 +268,7 @@ def _refined(
     is_least &= (known.kind == STABLE) & ~known.decays
     at = np.nonzero(is_least)[0]
     lower, upper = speeds[at - 1], speeds[at + 1] if at.size else speeds[at]
-    for _ in range(_ROUNDS):
-        if not lower.size:
-            break
+    while lower.size:
         places = np.linspace(lower, upper, _PLACES, axis=1)
         found = over.at(places.ravel())
         every.append((places.ravel(), found.excess, found.kind))
@@ -294,7 +276,7 @@ def _refined(
         gaps = np.where(np.isnan(gaps), np.inf, gaps)
         is_new = np.any(found.grows.reshape(places.shape), axis=1)
         best = np.clip(np.argmin(gaps, axis=1), 1, _PLACES - 2)
-        rows = np.nonzero(~is_new)[0]
+        rows = np.nonzero(~is_new & (upper - lower > _EDGE * np.abs(upper)))[0]
         lower, upper = places[rows, best[rows] - 1], places[rows, best[rows] + 1]
     joined = [np.concatenate(items) for items in zip(*every, strict=True)]
     order = np.unique(joined[0], return_index=True)[1]

@@ -7,13 +7,10 @@ import numpy as np
 from ....kit.arrays import NOTHING, ROUNDED, Array
 from ....kit.errors import AccuracyError, VibrationError
 from ....kit.periodic import shifted
+from ..model.efforts import with_drive
 from ..model.motion_equation import Course
 from .harmonic_balance import Motions, jacobian
 
-_LOOKED_AT = 3
-"""Motions of a group that tell whether nothing holds a coordinate."""
-_MOVED = 0.5
-"""Share of the mean in what a singular equation leaves open, from which on it moves a motion."""
 _WORST = 1e-7
 """Effort, as a fraction of its terms, that may be left along a motion: orders beyond the nodes
 leave what their number allows."""
@@ -56,24 +53,23 @@ def residuals(motions: Motions) -> Array:
 def refuse_unheld(found: list[Motions]) -> None:
     """Refuse motions whose free coordinates may be anywhere, since nothing holds one of them.
 
-    A few motions of each group are looked at. At an undamped resonance the equation is singular as
-    well, but what is left open there swings about the same mean.
+    At an undamped resonance the equation is singular as well, but what is left open there swings
+    about the same mean.
 
     Args:
         found: groups of motions.
 
     Raises:
-        VibrationError: all that are looked at may be moved as a whole.
+        VibrationError: all of them may be moved as a whole.
     """
     for motions in found:
-        size = len(motions.index)
-        part = motions.part(np.unique(np.linspace(0, size - 1, _LOOKED_AT).astype(int)))
-        for matrix in _scaled(part):
+        for row in range(len(motions.index)):
+            (matrix,) = _scaled(motions.part(slice(row, row + 1)))
             if _condition(matrix) < 1.0 / ROUNDED:
                 return
-            left_open = np.linalg.svd(matrix)[2][-1].reshape(part.course.q.shape[2], -1)
-            mean = np.mean(left_open, axis=1)
-            if np.linalg.norm(mean) * np.sqrt(left_open.shape[1]) < _MOVED:
+            left_open = np.linalg.svd(matrix)[2][-1].reshape(motions.course.q.shape[2], -1)
+            # Of its square, which is 1, less than half moves it as a whole.
+            if np.sum(np.mean(left_open, axis=1) ** 2) * left_open.shape[1] < 0.5:
                 return
     if found:
         raise VibrationError(
@@ -118,11 +114,7 @@ def _along(motions: Motions, shift: float) -> Array:
         shift: of all nodes, as a fraction of their distance.
     """
     model, course = motions.model, motions.course
-    size, count, free = course.q.shape
     q, rate, bend = (shifted(item, shift, 1) for item in course[:3])
     moved = Course(q, rate, bend, course.speed)
-    drive = model.positions + shift * model.period / count
-    position = np.concatenate([np.broadcast_to(drive[:, None], (size, count, 1)), q], axis=2)
-    states = position, moved.velocities, moved.accelerations
-    efforts = model.efforts(*(item.reshape(-1, 1 + free) for item in states))
-    return efforts.reshape(size, count, free)
+    place = with_drive(model.positions + shift * model.period / model.count, q)
+    return model.efforts(place, moved.velocities, moved.accelerations)[..., 1:]

@@ -12,38 +12,30 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....kit.arrays import Array
-from ....kit.periodic import resampled
+from ....kit.arrays import ROUNDED, Array
+from ....kit.periodic import next_size, resampled
 from ....kit.time_left import Task
 from ..model.modes import WhirlSense, averaged, modes
 from ..model.motion_equation import motion_equation
 from ..model.rotating_scene import RotatingScene
-from .continuation import Branch, Point, Way
+from .continuation import FORETOLD, Branch, Point, Way
 from .harmonic_balance import Motions, found_near, swings
 from .linear import linear_motions, resting
 
 _LARGE = 5e-3
-"""Amplitude, in units of the coordinates, from which on a motion is large enough for others."""
+"""Amplitude, in units of the coordinates, from which on a motion is large enough for others; modes
+about places that are nearer whirl alike."""
 _BENT = 3e-3
 """Distance from the linear motion, as a fraction of a motion's size, from which on there may be
 others."""
-_FAR = 0.3
-"""The same from which on there may be others wherever modes about the motion resonate."""
-_WINDOW = 0.2
-"""Relative distance from a forced resonance within which there may be others."""
-_STRAIGHT = 0.05
-"""The same up to which branches may begin and end: nothing bends them back that far away."""
+_FAR = 0.2
+"""The same from which on there may be others wherever modes about the motion resonate; relative
+distance from a forced resonance within which there may be others."""
 _NEAREST, _WIDER, WIDEST = 0.1, 1.7, 0.5
 """Distance of the ends from a speed, as a fraction of it: the first, the ratio of the next, and the
 last."""
-_SAME = 1e-6
-"""Difference of two motions, in units of the coordinates, at which they are the same."""
 _MOST_BRANCHES = 12
 """Through one range of speed."""
-_PASSED = 1e-2
-"""Difference of a motion from where a branch passes, as a fraction of its size, if it is on it."""
-_ALIKE = 1e-3
-"""Distance of two places, in units of the coordinates, about which modes whirl alike."""
 
 
 class MotionSearch:
@@ -140,7 +132,7 @@ class MotionSearch:
         while True:
             width = np.sign(width) * min(abs(width), most)
             found += self.primary(np.array([middle + width]))
-            is_straight = found and not self._bends(found[-1], _STRAIGHT, 0.0)[0]
+            is_straight = found and not self._bends(found[-1], FORETOLD, 0.0)[0]
             if is_straight or abs(width) >= most:
                 return found
             width *= _WIDER
@@ -213,10 +205,12 @@ class MotionSearch:
         """
         for place, sense, known in self._whirl:
             gap = np.max(np.abs(place - middle) / self.rotating.units)
-            if sense == turns and gap <= _ALIKE:
+            if sense == turns and gap <= _LARGE:
                 return known
-        self._whirl.append((middle, turns, WhirlSense(self.rotating, middle, turns)))
-        return self._whirl[-1][2]
+        count = next_size(self.model.divisor * self.model.count)
+        known = WhirlSense(self.rotating, middle, turns, count)
+        self._whirl.append((middle, turns, known))
+        return known
 
 
 class _Known:
@@ -238,7 +232,7 @@ class _Known:
         is_new = np.zeros(len(motions.index), dtype=bool)
         for row, index in enumerate(motions.index.tolist()):
             point = Point.of(motions, row)
-            is_new[row] = not self.is_passed(index, point, _SAME * self._units)
+            is_new[row] = not self.is_passed(index, point, np.sqrt(ROUNDED) * self._units)
             if is_new[row]:
                 self.at[index].append(point)
         return is_new
@@ -286,8 +280,7 @@ class _Stretch:
             branch = self._branch(start, is_up, way)
             self._branches.append(branch)
             for place, across in branch.crossed():
-                for sense in (1.0, -1.0):
-                    aside = sense * across[0], sense * across[1]
+                for aside in (across, -across):
                     beside = branch.beside(place, aside)
                     if beside is not None:
                         new.append((beside, True, aside))
@@ -299,7 +292,7 @@ class _Stretch:
     def _is_known(self, point: Point) -> bool:
         """Return whether a branch passes a point."""
         return any(
-            point.is_same(near, _PASSED * self._swing(point))
+            point.is_same(near, FORETOLD * self._swing(point))
             for branch in self._branches
             for near in branch.near(point.speed)
         )
@@ -315,7 +308,7 @@ class _Stretch:
             (index, point)
             for index in inside.tolist()
             for point in branch.near(float(speed[index]))
-            if not known.is_passed(index, point, _PASSED * self._swing(point))
+            if not known.is_passed(index, point, FORETOLD * self._swing(point))
         ]
         if not near:
             return []
@@ -343,5 +336,5 @@ def _resonates(motions: Motions) -> Array:
     ratio = found.frequency / base[:, None]
     order = np.rint(ratio)
     # What is about a motion of sign -1 says little of where others have their resonance.
-    window = np.where(motions.sign < 0.0, 1.0, _WINDOW)[:, None]
+    window = np.where(motions.sign < 0.0, 1.0, _FAR)[:, None]
     return np.asarray(np.any((order >= 1.0) & (np.abs(ratio - order) <= window * order), axis=1))

@@ -18,35 +18,19 @@ from ....kit.errors import VibrationError
 from ....kit.periodic import interpolation
 from ..model.modes import averaged, modes
 from ..model.motion_equation import LocalEquation
-from .harmonic_balance import Motions
+from .harmonic_balance import NUMBERS, Motions
 from .search import MotionSearch
 
 _STAGES = 8
 """Gauss points of an element: the method is of twice that order."""
-_PHASE = 1.6
-"""Greatest phase of the fastest motion in an element [rad] at the first try."""
-_STANDS = 3e-14
-"""Change of the result, as a fraction of its greatest number, at which elements are short enough:
-the error is then that divided by 2^16, and rounding."""
-_MOST_HALVINGS = 5
 _MOST_ELEMENTS = 50_000
 """Elements at the first try, of some 10 000 swings in a period, that memory and time allow."""
-_NUMBERS = 8_000_000
-"""Numbers (64 MB) of the elements' equations that are solved at a time."""
-
-
 STABLE, FLIP, FOLD, COMBINATION = "stable", "instability", "fold", "combination"
 FLUTTER, NONE = "flutter", "no motion"
 _UNSTABLE = 1e-6
 """Excess of a multiplier's size over 1 that is none of rounding: at a collision the latter parts
 multipliers by its root, some 1e-7. In a region that is entered at speed Ω₀, it is reached where
 (Ω - Ω₀)/width is about its square."""
-_MOST_CONDITION = 1e8
-"""Of eigenvectors that serve as coordinates."""
-_CAUTION = 10.0
-"""By how much their errors may exceed the change at the last refinement."""
-_REAL = 1e-6
-"""Imaginary part of a multiplier, as a fraction of its size, that counts as rounding."""
 
 
 def first_order(equation: LocalEquation, speed: Array) -> Array:
@@ -83,7 +67,8 @@ def monodromy(matrix: Array, period: float) -> tuple[Array, float]:
         VibrationError: the speed is next to none, so that a period takes too many elements.
     """
     fastest = np.sqrt(np.max(np.linalg.norm(matrix, axis=(2, 3)), axis=1, initial=1.0))
-    least = np.maximum(fastest * period / _PHASE, matrix.shape[1] / 12.0)
+    # In an element, the fastest motion goes through a quarter of its swing.
+    least = np.maximum(fastest * period / (0.5 * np.pi), matrix.shape[1] / 12.0)
     if np.max(least, initial=0.0) > _MOST_ELEMENTS:
         swings = float(np.max(fastest)) * period / (2.0 * np.pi)
         raise VibrationError(
@@ -103,16 +88,15 @@ def monodromy(matrix: Array, period: float) -> tuple[Array, float]:
 
 def _standing(matrix: Array, period: float, elements: int) -> tuple[Array, float]:
     """Return what `monodromy` does, from a number of elements on."""
-    before, change = _over_period(matrix, period, elements), np.inf
-    for _ in range(_MOST_HALVINGS):
+    found, change = _over_period(matrix, period, elements), np.inf
+    while True:
         elements *= 2
-        after = _over_period(matrix, period, elements)
-        scale = np.maximum(np.max(np.abs(after), axis=(1, 2)), 1.0)
-        change = float(np.max(np.max(np.abs(after - before), axis=(1, 2)) / scale))
-        before = after
-        if change <= _STANDS * elements:
-            break
-    return before, change
+        before, found = found, _over_period(matrix, period, elements)
+        scale = np.maximum(np.max(np.abs(found), axis=(1, 2)), 1.0)
+        last, change = change, float(np.max(np.max(np.abs(found - before), axis=(1, 2)) / scale))
+        # The error is the change divided by 2^16; what shrinks no more is rounding.
+        if not ROUNDED < change <= 0.5 * last:
+            return found, change
 
 
 def _over_period(matrix: Array, period: float, elements: int) -> Array:
@@ -122,7 +106,7 @@ def _over_period(matrix: Array, period: float, elements: int) -> Array:
     width = period / elements
     places = (width * (np.arange(elements)[:, None] + points)).ravel()
     weights = interpolation(places, count, period)
-    each = max(1, _NUMBERS // (elements * (_STAGES * order // 2) ** 2))
+    each = max(1, NUMBERS // (elements * (_STAGES * order // 2) ** 2))
     result = np.empty((size, order, order))
     for first in range(0, size, each):
         # Of the state's two halves, the first one's rate is the second one.
@@ -299,7 +283,7 @@ def _decays(matrix: Array) -> Array:
     mean = np.mean(matrix, axis=1)
     values, vectors = np.linalg.eig(mean)
     with np.errstate(all="ignore"):
-        is_regular = np.linalg.cond(vectors) < _MOST_CONDITION
+        is_regular = np.linalg.cond(vectors) < 1.0 / NOTHING
     found = np.zeros(len(matrix), dtype=bool)
     (index,) = np.nonzero(is_regular)
     basis = vectors[index, None]
@@ -333,7 +317,7 @@ def _excess_of_rounding(multipliers: Array, change: float) -> Array:
     """
     first, others = multipliers[:, :1], multipliers[:, 1:]
     gap = np.min(np.abs(others - first), axis=1)
-    error = max(ROUNDED, _CAUTION * change)
+    error = max(ROUNDED, change)
     # Where multipliers are far from each other, rounding hardly moves them.
     return np.clip(error / np.maximum(gap, error), NOTHING, _UNSTABLE)
 
@@ -347,7 +331,7 @@ def _kinds(multipliers: Array, grows: Array, excess: Array | float = _UNSTABLE) 
         excess: `(S,)` of the greatest one's size over 1, from which on disturbances grow.
     """
     first = multipliers[:, 0]
-    is_real = np.abs(first.imag) <= _REAL * np.abs(first)
+    is_real = np.abs(first.imag) <= _UNSTABLE * np.abs(first)
     kinds = np.where(is_real, np.where(first.real > 0.0, FOLD, FLIP), COMBINATION)
     kinds = np.where(~is_real & grows, FLUTTER, kinds)
     return np.where(np.abs(first) > 1.0 + excess, kinds, STABLE)

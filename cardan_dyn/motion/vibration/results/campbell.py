@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise, permutations
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,14 +18,11 @@ from ..motions.harmonic_balance import Motions
 from ..motions.residuals import refuse_unheld
 from ..motions.search import MotionSearch
 from .periodic_motion import refuse_missed, search_of
-from .result import VibrationResult
+from .result import VibrationResult, table_of
 
 if TYPE_CHECKING:
     from ....figures.style import Figure
     from ....scene.scene import Scene
-
-_MOST_PERMUTED = 5
-"""Modes up to which all their orders are compared; more are followed one by one."""
 
 
 class CampbellPlot(Plot):
@@ -100,24 +97,24 @@ class Campbell(VibrationResult):
         gaps = np.abs(self.frequency[:, :, None] - lines[:, None, :]) / lines[:, None, :]
         return np.asarray(np.min(gaps, axis=2))
 
+    def at(self, row: int) -> tuple[Array, Array]:
+        """Return eigenvalues `(n,)` [1/s] and mode shapes `(n, n)` at one of the speeds."""
+        return self.decay[row] + 1j * self.frequency[row], self.shape[row]
+
     def table(self) -> Table:
         """Return a row for each speed and mode, which are counted from 1 as in figures."""
-        rows = [
+        names = [sense_name(sense) for sense in self.whirl.ravel().tolist()]
+        return table_of(
             {
-                "speed": speed,
-                "mode": mode + 1,
-                "frequency": self.frequency[row, mode],
-                "decay": self.decay[row, mode],
-                "log_decrement": self.log_decrement[row, mode],
-                "amplification": self.amplification[row, mode],
-                "whirl": sense_name(float(self.whirl[row, mode])),
+                "speed": (self.speed[:, None], "rad/s"),
+                "mode": (1 + np.arange(self.whirl.shape[1]), ""),
+                "frequency": (self.frequency, "rad/s"),
+                "decay": (self.decay, "1/s"),
+                "log_decrement": (self.log_decrement, "1"),
+                "amplification": (self.amplification, "1"),
+                "whirl": (np.reshape(names, self.whirl.shape), ""),
             }
-            for row, speed in enumerate(self.speed.tolist())
-            for mode in range(self.frequency.shape[1])
-        ]
-        units = ("rad/s", "", "rad/s", "1/s", "1", "1", "")
-        names = ("speed", "mode", "frequency", "decay", "log_decrement", "amplification", "whirl")
-        return Table.of_rows(rows, dict(zip(names, units, strict=True)))
+        )
 
     def renumbered(self, order: Array) -> Campbell:
         """Return the same with its modes in another order `(n,)`."""
@@ -181,7 +178,7 @@ def _modes_about(search: MotionSearch, speeds: Array, every_motion: list[Motions
             whirl[rows] = sense.of(shapes[rows])
     # Speeds without a motion stand between those that continue each other.
     for before, row in pairwise(np.nonzero(np.all(np.isfinite(value), axis=1))[0].tolist()):
-        order = followed(shapes[before], value[before], shapes[row], value[row])
+        order = followed(value[before], shapes[before], value[row], shapes[row])
         value[row], shapes[row], whirl[row] = (
             value[row, order],
             shapes[row][:, order],
@@ -200,19 +197,12 @@ def _modes_about(search: MotionSearch, speeds: Array, every_motion: list[Motions
     )
 
 
-def followed(before: Array, value_before: Array, shapes: Array, value: Array) -> Array:
+def followed(value_before: Array, before: Array, value: Array, shapes: Array) -> Array:
     """Return the order `(n,)` in which modes continue those of the speed before."""
-    count = shapes.shape[1]
-    if count == 1:
-        return np.arange(count)
+    from scipy.optimize import linear_sum_assignment  # Few scripts need it.
+
     sizes = np.linalg.norm(before, axis=0)[:, None] * np.linalg.norm(shapes, axis=0)
     likeness = np.abs(before.conj().T @ shapes) / sizes
     spread = float(np.max(np.abs(value))) or 1.0
     likeness -= np.abs(value_before[:, None] - value) / spread
-    rows = np.arange(count)
-    if count <= _MOST_PERMUTED:
-        best = max(permutations(range(count)), key=lambda order: likeness[rows, list(order)].sum())
-        return np.array(best)
-    from scipy.optimize import linear_sum_assignment  # Few scenes have as many coordinates.
-
     return np.asarray(linear_sum_assignment(-likeness)[1])

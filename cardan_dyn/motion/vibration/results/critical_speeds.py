@@ -46,11 +46,6 @@ _ASIDE = 0.1
 """Distance from an end of the range, as a fraction of it, from which resonances lean into it."""
 _MULTIPLES = 12
 """Multiples of the coefficients' frequency up to which narrow instabilities are looked for."""
-_NEAR = (0.99, 0.999, 1.0, 1.001, 1.01)
-"""Multiples of a speed at which disturbances may grow, at which stability is looked at: what is
-narrower is found by how multipliers near each other between them."""
-_ABOVE, _COARSER = 1.2, 5
-"""Beyond this multiple of all speeds at which modes meet, one of so many speeds is enough."""
 _SURVIVED = 0.35
 """Swing of a rotation [rad], some 20°, from which on hardly any shaft or support survives."""
 _HIGHEST = 8
@@ -364,7 +359,7 @@ def _resonances(
 
 
 def _row(item: Resonance, order: float, mode: int) -> CriticalSpeed:
-    ratio = item.damping_ratio
+    ratio = item.crossing.damping_ratio
     return CriticalSpeed(
         speed=item.speed,
         kind="resonance",
@@ -406,14 +401,11 @@ def _places(modes: Campbell, speeds: Array, period: float) -> tuple[Array, float
                 for row in met.tolist():
                     share = gap[row] / (gap[row] - gap[row + 1]) if gap[row] else 0.0
                     at = modes.speed[row] + share * (modes.speed[row + 1] - modes.speed[row])
-                    every.append(at * np.array(_NEAR))
+                    every.append(np.array([at]))
     swings = frequency[frequency > 0.0]
     least = 2.0 * float(np.max(swings)) / (wave * _MULTIPLES) if swings.size else 0.0
-    most = _ABOVE * 2.0 * float(np.max(swings)) / wave if swings.size else 0.0
     rough = lattice(low, high)
-    size = np.abs(rough)
-    # Above all of these only loads and whirl make modes grow, in intervals that are not narrow.
-    every += [rough[(size >= least) & (size <= most)], rough[size > most][::_COARSER]]
+    every.append(rough[np.abs(rough) >= least])
     found = np.unique(np.concatenate(every))
     found = found[(found >= low) & (found <= high)]
     keep = np.concatenate([[True], np.diff(found) > NOTHING * np.abs(found[1:])])

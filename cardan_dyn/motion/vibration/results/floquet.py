@@ -25,14 +25,12 @@ from ..motions.regions import Region, StabilityOverSpeed, regions
 from ..motions.residuals import refuse_unheld
 from ..motions.search import MotionSearch
 from ..motions.stability import NONE, STABLE, Stability, stability
-from .result import VibrationResult
+from .result import VibrationResult, table_of
 
 if TYPE_CHECKING:
     from ....figures.style import Figure
     from ....scene.scene import Scene
 
-_LOOKED_AT = 3
-"""Speeds, at least, that tell whether all coordinates are held."""
 _STORED = ("multipliers", "trace", "determinant", "liouville", "kind", "coexisting")
 
 
@@ -172,23 +170,16 @@ class Floquet(VibrationResult):
 
     def table(self) -> Table:
         """Return a row for each design and speed."""
-        shape = self.kind.shape
-        growth = self.growth
-        rows = [
+        return table_of(
             {
-                **{name: values[index[0]] for name, values in self.held.items()},
-                "speed": self.speed[index[-1]],
-                "kind": str(self.kind[index]),
-                "growth": growth[index],
-                "trace": self.trace[index],
-                "determinant": self.determinant[index],
-                "coexisting": int(self.coexisting[index]),
+                **{name: (of[:, None], "rad or m") for name, of in self.held.items()},
+                "speed": (self.speed, "rad/s"),
+                "kind": (self.kind, ""),
+                "growth": (self.growth, "1/s"),
+                "trace": (self.trace, "1"),
+                "determinant": (self.determinant, "1"),
+                "coexisting": (self.coexisting, "1"),
             }
-            for index in np.ndindex(shape)
-        ]
-        units = {**dict.fromkeys(self.held, "rad or m"), "speed": "rad/s", "kind": ""}
-        return Table.of_rows(
-            rows, {**units, "growth": "1/s", "trace": "1", "determinant": "1", "coexisting": "1"}
         )
 
     @property
@@ -307,7 +298,7 @@ def _of_design(
     """Return stability, regions and period of a scene that holds joints to other positions."""
     rotating = rotating_scene(scene.replace(held=held) if held else scene)
     search = MotionSearch(rotating, max_amplitude)
-    refuse_unheld(search.primary(speeds[:: max(1, len(speeds) // _LOOKED_AT)]))
+    refuse_unheld(search.primary(speeds[[0, -1]]))
     found = stability(search, speeds)
     unstable: list[Region] = []
     if edges:

@@ -21,7 +21,7 @@ from ..motions.linear import averaged_motions, linear_motions
 from ..motions.residuals import residuals
 from ..motions.search import MotionSearch
 from .periodic_motion import missed_of, refuse_missed, search_of, states
-from .result import VibrationResult, unit_of
+from .result import VibrationResult, table_of, unit_of
 
 if TYPE_CHECKING:
     from ....figures.style import Figure
@@ -182,30 +182,22 @@ class ForcedResponse(VibrationResult):
 
     def table(self) -> Table:
         """Return a row for each speed, order, and coordinate or wrench component."""
-        sources = [(self.amplitude[:, :, i], name, "position") for i, name in enumerate(self.free)]
-        sources += [
-            (self.wrench[:, :, i, c], name, component)
-            for i, name in enumerate(self.joints)
-            for c, component in enumerate(COMPONENTS)
-        ]
-        rows = []
-        for values, name, quantity in sources:
-            sizes, phases = np.abs(values), np.angle(values)
-            least = ROUNDED * np.nanmax(sizes, initial=0.0)
-            rows += [
-                {
-                    "speed": self.speed[row],
-                    "name": name,
-                    "quantity": quantity,
-                    "order": self.order[wave],
-                    "amplitude": sizes[row, wave],
-                    "phase": phases[row, wave],
-                }
-                for row, wave in np.argwhere(sizes > least)
-            ]
-        columns = ("speed", "name", "quantity", "order", "amplitude", "phase")
-        units = ("rad/s", "", "", "1/rev", "rad, m, N or N·m", "rad")
-        return Table.of_rows(rows, dict(zip(columns, units, strict=True)))
+        owners = [(name, "position") for name in self.free]
+        owners += [(name, component) for name in self.joints for component in COMPONENTS]
+        wrench = self.wrench.reshape(*self.amplitude.shape[:2], -1)
+        values = np.moveaxis(np.concatenate([self.amplitude, wrench], axis=2), 2, 0)
+        sizes, (names, quantities) = np.abs(values), np.array(owners).T[..., None, None]
+        return table_of(
+            {
+                "speed": (self.speed[:, None], "rad/s"),
+                "name": (names, ""),
+                "quantity": (quantities, ""),
+                "order": (self.order, "1/rev"),
+                "amplitude": (sizes, "rad, m, N or N·m"),
+                "phase": (np.angle(values), "rad"),
+            },
+            sizes > ROUNDED * np.nanmax(sizes, axis=(1, 2), initial=0.0, keepdims=True),
+        )
 
     @property
     def plot(self) -> ForcedResponsePlot:

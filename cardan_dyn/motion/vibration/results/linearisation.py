@@ -13,6 +13,7 @@ from ....kit.arrays import Array
 from ....kit.differences import displacements, slopes
 from ....kit.errors import ArgumentError
 from ....kit.periodic import amplitudes, orders_of
+from ..model.efforts import with_drive
 from ..model.modes import Modes, averaged, modes
 from ..model.motion_equation import LocalEquation
 from ..model.rotating_scene import speeds_of
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from ....figures.style import Figure
     from ....scene.scene import Scene
 
-_COMPARED = 12
-"""Nodes at which derivatives are compared."""
 _UNITS = {
     "rad": ("kg·m²", "N·m·s/rad", "N·m/rad"),
     "m": ("kg", "N·s/m", "N/m"),
@@ -213,12 +212,10 @@ def linearise(scene: Scene, speed: float, *, max_amplitude: float = 1.0) -> Line
 def _derivative_error(motions: Motions, stiffness: Array) -> float:
     """Return how far a stiffness `(N, n, n)` is from differences of efforts by sweeps."""
     model, course = motions.model, motions.course
-    count = len(stiffness)
-    chosen = np.unique(np.linspace(0, count - 1, min(count, _COMPARED)).astype(int))
-    place = np.column_stack([model.positions[chosen], course.q[0, chosen]])
-    moves = course.velocities[0, chosen], course.accelerations[0, chosen]
-    beside = np.pad(displacements(model.units), ((0, 0), (1, 0)))
-    efforts = np.array([model.efforts(place + way, *moves) for way in beside])
+    place = with_drive(model.positions, course.q[0])
+    moves = course.velocities[0], course.accelerations[0]
+    beside = with_drive(np.zeros(1), displacements(model.units))
+    efforts = np.array([model.efforts(place + way, *moves)[:, 1:] for way in beside])
     scale = float(np.max(np.abs(stiffness)))
-    gap = slopes(efforts, model.units) - stiffness[chosen]
+    gap = slopes(efforts, model.units) - stiffness
     return float(np.max(np.abs(gap)) / scale) if scale else 0.0

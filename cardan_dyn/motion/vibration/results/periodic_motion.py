@@ -14,11 +14,12 @@ from ....kit.arrays import ROUNDED, Array
 from ....kit.checks import positive, several, whole
 from ....kit.errors import ArgumentError, VibrationError
 from ....kit.periodic import amplitudes, orders_of
+from ..model.efforts import with_drive
 from ..model.rotating_scene import all_driven, rotating_scene, speeds_of
 from ..motions.harmonic_balance import Motions
 from ..motions.residuals import residuals
 from ..motions.search import MotionSearch
-from .result import VibrationResult, unit_of
+from .result import VibrationResult, table_of, unit_of
 
 if TYPE_CHECKING:
     from ....core.results.sweep import Sweep
@@ -40,14 +41,8 @@ class States(NamedTuple):
             position: of the drive `(P,)` [rad].
             speed: of the drive `(R,)` [rad/s].
         """
-        shape = (*self.position.shape[:2], 1)
-        drive = position[:, None], speed[:, None, None], np.zeros(1)
-        return States(
-            *(
-                np.concatenate([np.broadcast_to(own, shape), free], axis=2)
-                for own, free in zip(drive, self, strict=True)
-            )
-        )
+        drive = position, speed[:, None], np.zeros(1)
+        return States(*map(with_drive, drive, self))
 
 
 def states(order: Array, amplitude: Array, speed: Array, position: Array) -> States:
@@ -228,34 +223,18 @@ class PeriodicMotion(VibrationResult):
 
     def table(self) -> Table:
         """Return a row for each motion, coordinate and order, of amplitudes above rounding."""
-        sizes = np.abs(self.amplitude)
-        rows = [
-            {
-                "speed": self.speed[row],
-                "branch": int(self.branch[row]),
-                "coordinate": name,
-                "order": float(order),
-                "amplitude": sizes[row, wave, column],
-                "phase": float(np.angle(self.amplitude[row, wave, column])),
-                "residual": self.residual[row],
-            }
-            for row in range(len(self))
-            for column, name in enumerate(self.free)
-            for wave, order in enumerate(self.order)
-            if sizes[row, wave, column] > ROUNDED * np.max(sizes[row])
-        ]
-        return Table.of_rows(
-            rows,
-            {
-                "speed": "rad/s",
-                "branch": "1",
-                "coordinate": "",
-                "order": "1/rev",
-                "amplitude": "rad or m",
-                "phase": "rad",
-                "residual": "1",
-            },
-        )
+        waves = np.swapaxes(self.amplitude, 1, 2)
+        sizes = np.abs(waves)
+        columns = {
+            "speed": (self.speed[:, None, None], "rad/s"),
+            "branch": (self.branch[:, None, None], "1"),
+            "coordinate": (np.array(self.free)[:, None], ""),
+            "order": (self.order, "1/rev"),
+            "amplitude": (sizes, "rad or m"),
+            "phase": (np.angle(waves), "rad"),
+            "residual": (self.residual[:, None, None], "1"),
+        }
+        return table_of(columns, sizes > ROUNDED * np.max(sizes, axis=(1, 2), keepdims=True))
 
     @property
     def plot(self) -> PeriodicMotionPlot:

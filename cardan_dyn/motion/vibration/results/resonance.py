@@ -8,15 +8,17 @@ which changes modes a little, a crossing is then found close to that one.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import NOTHING, ROUNDED, Array
+from ....kit.arrays import EPS, NOTHING, ROUNDED, Array
+from ....kit.differences import displacements, slopes
 from ....kit.errors import VibrationError
 from ....kit.periodic import amplitudes
+from ..model.modes import clear_senses
 from ..motions.continuation import Branch, Point
 from ..motions.linear import at_mean
 from ..motions.search import WIDEST, MotionSearch
@@ -27,27 +29,13 @@ _RATIO = 1.02
 """Of two speeds of the lattice that follow each other."""
 _SLOW = 1e-3
 """Speed, as a fraction of the lowest natural frequency, at which modes are numbered."""
-_ALIKE = 1e-6
-"""Relative difference of two frequencies that are one at rest."""
 _CLOSE = 0.05
 """Distance of a crossing about a motion from that about rest, as a fraction of the speed, from
 which on the motion is no small change."""
-_BESIDE = 1e-4
-"""Distance of two speeds between which slopes are taken, as a fraction of the speed."""
-_MET = 1e-10
-"""Gap between order and frequency, as a fraction of it, at which they meet."""
-_STEPS = 8
 _HALF_WIDTHS = 3.0
 """Range around a crossing in which the greatest amplitude is looked for, in half-power widths."""
 _ASIDE = 1e-3
 """Distance from an undamped resonance, as a fraction of the speed, at which motions are small."""
-_LINEAR = 1e-7
-"""Change of coefficients, as a fraction of them, that is none."""
-_LEAST_DAMPING = 1e-7
-"""Damping ratio below which a mode counts as undamped."""
-_LEADS = 0.99
-"""Share of a mode, as a fraction of the greatest of all modes at its order, from which on a peak is
-that mode's own."""
 KNOWN, UNBOUNDED, OPEN = "known", "unbounded", "open"
 """What is known of a greatest value: itself, that there is none, or that it is no less."""
 
@@ -58,21 +46,29 @@ class Crossing(NamedTuple):
     Attributes:
         speed: of the drive [rad/s].
         slope: by how much order times speed grows faster than the frequency, per rad/s.
-        frequency, decay: of the mode there [rad/s, 1/s].
+        values: eigenvalues of all modes there `(n,)` [1/s].
         shapes: of all modes `(n, n)`, a column for each.
-        values: their eigenvalues `(n,)` [1/s].
         mode: its column there.
         whirl: its sense, see `Campbell.whirl`.
     """
 
     speed: float
     slope: float
-    frequency: float
-    decay: float
-    shapes: Array
     values: Array
+    shapes: Array
     mode: int
     whirl: float
+
+    @property
+    def value(self) -> complex:
+        """Eigenvalue of the mode [1/s]."""
+        return complex(self.values[self.mode])
+
+    @property
+    def damping_ratio(self) -> float:
+        """That of the mode, 0 where it is what rounding makes of a double eigenvalue."""
+        ratio = -self.value.real / abs(self.value)
+        return ratio if ratio > np.sqrt(EPS) else 0.0
 
 
 def lattice(low: float, high: float) -> Array:
@@ -116,9 +112,10 @@ def _sorted_at_rest(found: Campbell) -> Campbell:
     if not rows.size:
         return found
     row = int(rows[np.argmin(np.abs(found.speed[rows]))])
-    frequency, whirl = found.frequency[row], np.round(found.whirl[row], 6)
-    scale = _ALIKE * max(float(np.max(frequency)), 1e-300)
-    return found.renumbered(np.lexsort((whirl, np.round(frequency / scale))))
+    frequency = found.frequency[row]
+    scale = NOTHING * (float(np.max(frequency)) or 1.0)
+    senses = clear_senses(found.whirl[row])
+    return found.renumbered(np.lexsort((senses, np.round(frequency / scale))))
 
 
 def _numbered_alike(found: Campbell, modes: Campbell) -> Campbell:
@@ -130,9 +127,7 @@ def _numbered_alike(found: Campbell, modes: Campbell) -> Campbell:
         return found
     gaps = np.abs(found.speed[own][:, None] - modes.speed[others])
     at, near = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
-    row, of = int(own[at]), int(others[near])
-    order = followed(modes.shape[of], _value(modes, of), found.shape[row], _value(found, row))
-    return found.renumbered(order)
+    return found.renumbered(followed(*modes.at(others[near]), *found.at(own[at])))
 
 
 def crossings(search: MotionSearch, found: Campbell, order: float, mode: int) -> list[Crossing]:
@@ -144,25 +139,20 @@ def crossings(search: MotionSearch, found: Campbell, order: float, mode: int) ->
         order: cycles per revolution.
         mode: its column.
     """
-
-    def modes_at(speeds: Array) -> Campbell:
-        return resting_campbell(search, speeds)
-
-    begun = [_interpolated(found, mode, *place) for place in between(found, order, mode)]
-    return [
-        _refined(modes_at, item, order, _interval(found.speed, item.speed)) or item
-        for item in begun
-    ]
+    rests = []
+    for speed, slope in between(found, order, mode):
+        right = int(np.clip(np.searchsorted(found.speed, speed), 1, len(found.speed) - 1))
+        row = int(np.nanargmin(np.abs(found.speed - speed) + 0.0 * found.frequency[:, mode]))
+        begin = Crossing(speed, slope, *found.at(row), mode, float(found.whirl[row, mode]))
+        ends = tuple(found.speed[right - 1 : right + 1].tolist())
+        rests.append(_refined(partial(resting_campbell, search), begin, order, *ends) or begin)
+    return rests
 
 
 def crossing_about_motion(search: MotionSearch, order: float, rest: Crossing) -> Crossing:
     """Return a crossing about the periodic motions close to one about rest; that one if none is."""
-
-    def modes_at(speeds: Array) -> Campbell:
-        return campbell_of(search, speeds)
-
     low, high = sorted(rest.speed * (1.0 + _CLOSE * np.array([-1.0, 1.0])))
-    found = _refined(modes_at, rest, order, (low, high))
+    found = _refined(partial(campbell_of, search), rest, order, low, high)
     return found if found is not None and low < found.speed < high else rest
 
 
@@ -182,66 +172,26 @@ def between(found: Campbell, order: float, mode: int) -> list[tuple[float, float
 
 
 def _refined(
-    modes_at: Callable[[Array], Campbell],
-    begin: Crossing,
-    order: float,
-    ends: tuple[float, float],
+    modes_at: Callable[[Array], Campbell], begin: Crossing, order: float, low: float, high: float
 ) -> Crossing | None:
     """Return the crossing near another one, between two speeds; None without modes there."""
-    at, slope = begin.speed, begin.slope
-    for _ in range(_STEPS):
-        beside = np.sort(at * (1.0 + _BESIDE * np.array([-1.0, 0.0, 1.0])))
+    at, gap, unit = begin.speed, np.inf, np.ones(1)
+    while True:
+        # The speed itself first, and those beside it by which a slope is taken.
+        places = at * (1.0 + np.append(0.0, displacements(unit)))
         try:
-            here = modes_at(beside)
+            here = modes_at(places)
         except VibrationError:
             return None
         if not np.all(np.isfinite(here.frequency)):
             return None
-        columns = followed(begin.shapes, begin.values, here.shape[1], _value(here, 1))
-        column = int(columns[begin.mode])
-        gap = order * np.abs(beside) - here.frequency[:, column]
-        slope = float((gap[2] - gap[0]) / (beside[2] - beside[0]))
-        if abs(gap[1]) <= _MET * order * abs(at) or slope == 0.0:
-            break
-        at = min(max(at - float(gap[1]) / slope, ends[0]), ends[1])
-    return Crossing(
-        speed=at,
-        slope=slope,
-        frequency=float(here.frequency[1, column]),
-        decay=float(here.decay[1, column]),
-        shapes=here.shape[1],
-        values=_value(here, 1),
-        mode=column,
-        whirl=float(here.whirl[1, column]),
-    )
-
-
-def _interpolated(found: Campbell, mode: int, at: float, slope: float) -> Crossing:
-    """Return a crossing by the modes of the diagram beside it."""
-    is_there, row = np.isfinite(found.frequency[:, mode]), _nearest(found, mode, at)
-    frequency, decay = (
-        float(np.interp(at, found.speed[is_there], values[is_there, mode]))
-        for values in (found.frequency, found.decay)
-    )
-    shapes, whirl = found.shape[row], float(found.whirl[row, mode])
-    return Crossing(at, slope, frequency, decay, shapes, _value(found, row), mode, whirl)
-
-
-def _nearest(found: Campbell, mode: int, at: float) -> int:
-    """Return the row of a diagram, with a motion, that is next to a speed."""
-    is_there = np.isfinite(found.frequency[:, mode])
-    return int(np.argmin(np.where(is_there, np.abs(found.speed - at), np.inf)))
-
-
-def _interval(speeds: Array, at: float) -> tuple[float, float]:
-    """Return the speeds on both sides of one, of ascending ones."""
-    right = int(np.clip(np.searchsorted(speeds, at), 1, len(speeds) - 1))
-    return float(speeds[right - 1]), float(speeds[right])
-
-
-def _value(found: Campbell, row: int) -> Array:
-    """Return the eigenvalues `(n,)` of a row [1/s]."""
-    return np.asarray(found.decay[row] + 1j * found.frequency[row])
+        mode = int(followed(begin.values, begin.shapes, *here.at(0))[begin.mode])
+        gaps, before = order * np.abs(places) - here.frequency[:, mode], gap
+        gap, slope = float(gaps[0]), float(slopes(gaps[1:], unit)[0] / at)
+        # What shrinks no more is rounding.
+        if not abs(gap) < 0.5 * abs(before) or slope == 0.0:
+            return Crossing(at, slope, *here.at(0), mode, float(here.whirl[0, mode]))
+        at = min(max(at - gap / slope, low), high)
 
 
 class Jumps(NamedTuple):
@@ -270,7 +220,6 @@ class Resonance(NamedTuple):
             0 where the order does not move it, NaN if no motion was found.
         outcome: `KNOWN`; `UNBOUNDED`, of a linear equation without damping; `OPEN`, where greater
             ones may exist.
-        damping_ratio: of the mode.
         lower, upper: least and greatest speed about the peak at which the amplitude along the
             branch is above half power [rad/s]; NaN where that is not known.
         jumps: of a resonance that leans over.
@@ -282,7 +231,6 @@ class Resonance(NamedTuple):
     speed: float
     severity: float
     outcome: str
-    damping_ratio: float
     lower: float = np.nan
     upper: float = np.nan
     jumps: Jumps = Jumps()
@@ -298,7 +246,7 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
         order: cycles per revolution of the drive.
         rest: the crossing about coordinates at rest.
     """
-    is_damped = _damping_ratio(rest) > 0.0
+    is_damped = rest.damping_ratio > 0.0
     if not _is_moved(search, order, rest, 0.0 if is_damped else _ASIDE):
         return _plain(crossing_about_motion(search, order, rest), 0.0, KNOWN)
     branches = _branches(search, rest)
@@ -308,7 +256,7 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
     crossing = rest
     if is_whole and not branches[0].folds:
         about = crossing_about_motion(search, order, rest)
-        crossing = about if _damping_ratio(about) > 0.0 else rest
+        crossing = about if about.damping_ratio > 0.0 else rest
     found = max(
         (_Stretch(branch, order, crossing) for branch in branches), key=lambda item: item.severity
     )
@@ -334,7 +282,6 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
         speed=found.peak.speed,
         severity=found.severity,
         outcome=KNOWN if is_whole else OPEN,
-        damping_ratio=_damping_ratio(crossing),
         lower=lower,
         upper=upper,
         jumps=found.jumps,
@@ -345,20 +292,13 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
 
 def _plain(crossing: Crossing, severity: float, outcome: str, *notes: str) -> Resonance:
     """Return a resonance without a peak: the critical speed is the crossing itself."""
-    ratio = _damping_ratio(crossing)
-    return Resonance(crossing, crossing.speed, severity, outcome, ratio, notes=notes)
-
-
-def _damping_ratio(crossing: Crossing) -> float:
-    """Return that of a crossing's mode, 0 where it is rounding."""
-    ratio = float(-crossing.decay / np.hypot(crossing.frequency, crossing.decay))
-    return ratio if ratio > _LEAST_DAMPING else 0.0
+    return Resonance(crossing, crossing.speed, severity, outcome, notes=notes)
 
 
 def _width(crossing: Crossing) -> float:
     """Return how far from a crossing the peaks of small motions are at most [rad/s]."""
     # At half power, order and natural frequency are as far apart as the mode decays.
-    half = abs(crossing.decay / crossing.slope) if crossing.slope else np.inf
+    half = abs(crossing.value.real / crossing.slope) if crossing.slope else np.inf
     return min(_HALF_WIDTHS * half, WIDEST * abs(crossing.speed))
 
 
@@ -370,7 +310,7 @@ def _is_linear(point: Point) -> bool:
         np.stack([item.mass, item.damping, item.stiffness]) * powers[:, None, None, None, None]
         for item in (motions.equation, motions.model.along(at_mean(motions.course)))
     )
-    return bool(np.max(np.abs(here - rest)) <= _LINEAR * np.max(np.abs(rest)))
+    return bool(np.max(np.abs(here - rest)) <= NOTHING * np.max(np.abs(rest)))
 
 
 def shares_of(point: Point, order: float, shapes: Array) -> Array:
@@ -398,11 +338,10 @@ def _is_moved(search: MotionSearch, order: float, crossing: Crossing, aside: flo
     found = search.primary(places)
     for motions in found:
         for item, index in enumerate(motions.index.tolist()):
-            q = motions.course.q[item]
-            point = Point(motions.model, float(places[index]), q, 1.0)
+            point = Point.of(motions, item)
             shares = shares_of(point, order, crossing.shapes)
             own[index] = shares[crossing.mode]
-            every[index] = max(NOTHING * np.max(shares), ROUNDED * np.max(np.abs(q)))
+            every[index] = max(NOTHING * np.max(shares), ROUNDED * np.max(np.abs(point.q)))
     # Where nothing was found, motions are large.
     return not found or bool(np.any(own > every))
 
@@ -436,7 +375,7 @@ class _Stretch:
         shares = np.array([shares_of(point, order, crossing.shapes) for point in branch.points])
         own = shares[:, crossing.mode]
         speeds = np.array([point.speed for point in branch.points])
-        is_peak, leads = _peaks(own), own >= _LEADS * np.max(shares, axis=1)
+        is_peak, leads = _peaks(own), own >= np.max(shares, axis=1)
         is_inside = np.abs(speeds - crossing.speed) <= _width(crossing)
         chosen = leads if np.any(leads & is_peak) else leads | is_inside
         # Of two peaks, the one with the higher point beside it need not be the higher one.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....core.results.result import Result
-from ....core.results.table import SUFFIXES
+from ....core.results.table import SUFFIXES, Table, Variable
 from ....kit.checks import file_path, writing
 from ....kit.frozen import Record
 
@@ -96,6 +96,21 @@ class VibrationResult(Record, Result):
         with writing(target) as part, part.open("wb") as file:
             np.savez_compressed(file, **self._stored())
         return target
+
+
+def table_of(columns: Mapping[str, tuple[Any, str]], chosen: Any = ...) -> Table:
+    """Return arrays as columns of a table.
+
+    Args:
+        columns: name to values, of shapes that go together, and their unit.
+        chosen: which of them, in C order; all unless given.
+    """
+    values = np.broadcast_arrays(*(of for of, _ in columns.values()))
+    variables = [
+        (name, Variable(("row",), of[chosen].ravel(), unit, name.replace("_", " ")))
+        for (name, (_, unit)), of in zip(columns.items(), values, strict=True)
+    ]
+    return Table(variables, {"row": len(variables[0][1].values)})
 
 
 def unit_of(scene: Scene, name: str | None = None) -> str:

@@ -14,14 +14,16 @@ from ....kit.arrays import Array
 from ....kit.checks import number, positive
 from ....kit.errors import ArgumentError, VibrationError, choices
 from ....kit.extremes import turns
+from ....kit.periodic import nodes
 from ....kit.time_left import Task
 from ...simulation.events import Event
+from ..model.efforts import with_drive
 from ..model.rotating_scene import rotating_scene
 from ..motions.driven import Characteristic, DrivenMotions
 from ..motions.search import MotionSearch
 from ..motions.steady_path import steady_path
 from .periodic_motion import refuse_missed
-from .result import VibrationResult, unit_of
+from .result import VibrationResult, table_of, unit_of
 from .torque_curve import TorqueBarrier, TorqueCurve
 
 if TYPE_CHECKING:
@@ -35,8 +37,6 @@ _LATE = 0.8
 """Fraction of the run after which it is looked at whether the drive still speeds up."""
 _STALLED = 0.1
 """Rise of speed there, as a fraction of that without resistance, below which it does not."""
-_FEWEST = 3
-"""Revolutions that tell a rise of speed."""
 _REST = "rest"
 """Name of the event at which the drive comes to rest."""
 _BESIDE = 1e-3
@@ -177,7 +177,7 @@ class SimulatedRun:
         if self._torque is None:
             return np.nan
         late = windows.time >= _LATE * time[-1]
-        if np.sum(late) < _FEWEST:
+        if np.sum(late) < 2:  # A slope takes two.
             return np.nan
         slope = float(np.polyfit(windows.time[late], windows.speed[late], 1)[0])
         free = abs(self._torque(self._first)) / self._inertia()
@@ -185,15 +185,12 @@ class SimulatedRun:
 
     def _inertia(self) -> float:
         """Return the mean moment of inertia that the drive moves [kg m²]."""
-        free = len(self._search.rotating.free)
         count = len(self._begun.pace[0])
-        place = np.zeros((count, 1 + free))
-        place[:, 0] = self._search.rotating.period / count * np.arange(count)
-        place[:, 1:] = np.mean(self._begun.position[0], axis=0)
-        rest, unit = np.zeros_like(place), np.tile(np.eye(1 + free)[0], (count, 1))
-        states = [(rest, unit), (rest, rest)]
-        risen, still = self._search.model.efforts.through(place, states)
-        return float(np.mean(risen[:, 0] - still[:, 0]))
+        rest = np.tile(np.mean(self._begun.position[0], axis=0), (count, 1))
+        place = with_drive(nodes(count, self._search.rotating.period), rest)
+        still = np.zeros_like(place)
+        local = self._search.model.efforts.local(place, still, still)
+        return float(np.mean(local.by_acceleration[:, 0, 0]))
 
 
 def windows_of(time: Array, drive: Array, free: Array, rate: Array) -> Windows:
@@ -360,28 +357,21 @@ class RunUp(VibrationResult):
 
     def table(self) -> Table:
         """Return a row for each window and coordinate; NaN beyond what is predicted."""
-        rows = []
-        for column, name in enumerate(self.free):
-            order = np.argsort(self.predicted_speed)
-            curves = [
-                np.interp(
-                    self.window, self.predicted_speed[order], values[order, column], np.nan, np.nan
-                )
-                for values in (self.predicted, self.linear)
-            ]
-            rows += [
-                {
-                    "speed": speed,
-                    "coordinate": name,
-                    "envelope": self.envelope[row, column],
-                    "predicted": curves[0][row],
-                    "linear": curves[1][row],
-                }
-                for row, speed in enumerate(self.window.tolist())
-            ]
-        units = ("rad/s", "", "rad or m", "rad or m", "rad or m")
-        names = ("speed", "coordinate", "envelope", "predicted", "linear")
-        return Table.of_rows(rows, dict(zip(names, units, strict=True)))
+        order = np.argsort(self.predicted_speed)
+        known, speed = self.predicted_speed[order], self.window
+        predicted, linear = (
+            [np.interp(speed, known, of, np.nan, np.nan) for of in values[order].T]
+            for values in (self.predicted, self.linear)
+        )
+        return table_of(
+            {
+                "speed": (speed, "rad/s"),
+                "coordinate": (np.array(self.free)[:, None], ""),
+                "envelope": (self.envelope.T, "rad or m"),
+                "predicted": (predicted, "rad or m"),
+                "linear": (linear, "rad or m"),
+            }
+        )
 
     @property
     def plot(self) -> RunUpPlot:

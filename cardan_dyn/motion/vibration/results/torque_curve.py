@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import Array
+from ....kit.arrays import ROUNDED, Array
 from ....kit.extremes import greatest, peak
 from ....kit.periodic import amplitudes, orders_of
 from ..model.modes import averaged, modes, sense_name
@@ -24,8 +24,6 @@ from ..motions.steady_path import SteadyPath
 _PROMINENT = 1e-6
 """Height of a barrier above its surroundings, as a fraction of the range of torques: a low one
 before a high one may be what holds a weak drive."""
-_EXACT = 1e-10
-"""Relative error of the speed at which a drive is held."""
 
 
 class TorqueBarrier(NamedTuple):
@@ -143,7 +141,7 @@ class TorqueCurve:
         """Return the barrier near one of the speeds of the path."""
         ends, known = (speed[top - 1], speed[top + 1]), (speed[top], lack[top])
         at, _ = peak(lambda at: self._lack(at, sense), *ends, known)
-        (motions,) = self._path.near(np.array([at]))
+        (motions,) = self._path.near(at)
         driven = self._driven(motions)
         torque, missing = float(driven.torque[0]), float(driven.lack[0])
         order, mode, whirl = self._resonance(motions)
@@ -168,11 +166,11 @@ class TorqueCurve:
             return np.nan
         from scipy.optimize import brentq
 
-        return float(brentq(self._lack, *ends, args=(sense,), xtol=_EXACT * abs(top)))
+        return float(brentq(self._lack, *ends, args=(sense,), xtol=ROUNDED * abs(top)))
 
     def _lack(self, speed: float, sense: float) -> float:
         """Return what the drive lacks at a speed; -inf where the path has ended."""
-        found = self._path.near(np.array([speed]))
+        found = self._path.near(speed)
         return sense * float(self._driven(found[0]).lack[0]) if found else -np.inf
 
     def _driven(self, motions: Motions) -> Driven:
