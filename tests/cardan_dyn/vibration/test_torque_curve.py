@@ -40,9 +40,10 @@ def heat(speed: float) -> float:
 def test_the_torque_is_what_dampers_turn_into_heat() -> None:
     held = curve(0.24, 0.26)
     found = held.predicted()
-    for row in range(0, len(found.speed), 7):
-        assert found.torque[row] == pytest.approx(heat(float(found.speed[row])), rel=1e-6)
-    np.testing.assert_array_equal(found.lack, found.torque)
+    for row in range(0, len(found.predicted_speed), 7):
+        speed = float(found.predicted_speed[row])
+        assert found.predicted_torque[row] == pytest.approx(heat(speed), rel=1e-6)
+    np.testing.assert_array_equal(found.predicted_lack, found.predicted_torque)
     (barrier,) = held.barriers(found)
     assert (barrier.order, barrier.whirl, barrier.is_passed) == (4.0, "forward", True)
     # No speed beside it takes more.
@@ -93,8 +94,8 @@ def test_a_drive_that_slows_down_is_held_nowhere() -> None:
 def test_without_dampers_nothing_is_absorbed() -> None:
     free = curve(0.40, 0.42, urdf=elastic_rigs.elastic_rig(damping_ratio=0.0))
     found = free.predicted()
-    assert np.max(np.abs(found.torque)) < 1e-15
-    assert np.min(found.swing) > 1e-4
+    assert np.max(np.abs(found.predicted_torque)) < 1e-15
+    assert np.min(found.predicted) > 1e-4
 
 
 def test_half_swings_are_read_between_the_nodes() -> None:

@@ -125,42 +125,40 @@ class WhirlSense:
             motion = scene.sweep(assembled, unit).motion
             found = links.at(np.asarray(motion.x), np.asarray(motion.v))
             moved.append([found[name] for name in bodies.values()])
-        every, across, axes = [], [], []
-        for index, inertia in enumerate(mechanism.model.inertias[body] for body in bodies):
-            arm = moved[0][index].rotation @ inertia.lever
-            spin = np.broadcast_to(sense * moved[0][index].spin, (count, 3))
-            size = np.linalg.norm(spin, axis=-1, keepdims=True)
-            axis = np.where(size > _TURNS, spin / np.maximum(size, _TURNS), 0.0)[:, None, :]
-            # Housings have no sense of rotation of their own, however heavy they are.
-            turns = np.any(axis, axis=-1, keepdims=True)
-            weights = (float(np.trace(inertia.inertia)) / 3.0, float(inertia.mass))
-            ways = np.zeros((2, count, free, 3))
-            for column, links_moved in enumerate(moved[1:]):
-                link = links_moved[index]
-                ways[0, :, column] = link.spin
-                ways[1, :, column] = link.velocity + np.cross(link.spin, arm)
-            for weight, ends in zip(weights, ways, strict=True):
-                ends *= np.sqrt(weight / count)
-                every.append(ends)
-                # The part of the swing along the link's own axis is no whirl.
-                across.append(turns * (ends - np.sum(ends * axis, axis=2, keepdims=True) * axis))
-                axes.append(axis)
-        whole, rows = (np.swapaxes(x, 2, 3).reshape(-1, free) for x in (every, across))
+        inertias = [mechanism.model.inertias[body] for body in bodies]
+        # By coordinates, the drive first, by links, positions and axes.
+        shape = count, 3
+        spin, velocity = (
+            np.array([[np.broadcast_to(getattr(link, of), shape) for link in at] for at in moved])
+            for of in ("spin", "velocity")
+        )
+        levers = zip(moved[0], inertias, strict=True)
+        arm = np.array([np.broadcast_to(link.rotation @ of.lever, shape) for link, of in levers])
+        size = np.linalg.norm(spin[0], axis=-1, keepdims=True)
+        axis = np.where(size > _TURNS, sense * spin[0] / np.maximum(size, _TURNS), 0.0)
+        weights = [[np.trace(of.inertia) / 3.0, of.mass] for of in inertias]
+        ways = np.stack([spin[1:], velocity[1:] + np.cross(spin[1:], arm)])
+        ways *= np.sqrt(np.array(weights, dtype=float).T[:, None, :, None, None] / count)
+        # The part of the swing along the link's own axis is no whirl. Housings have no sense of
+        # rotation of their own, however heavy they are.
+        across = ways - np.sum(ways * axis, axis=-1, keepdims=True) * axis
+        across *= np.any(axis, axis=-1, keepdims=True)
+        whole, rows = (np.moveaxis(item, 1, -1).reshape(-1, free) for item in (ways, across))
         # Squares of R x lose nothing where motions of several coordinates cancel.
         self._whole = np.linalg.qr(whole)[1]
         basis, self._across = np.linalg.qr(rows)
-        turned = np.cross(np.stack(axes), np.swapaxes(basis.reshape(-1, count, 3, free), 2, 3))
+        turned = np.cross(axis[..., None], basis.reshape(2, *axis.shape, free), axis=-2)
         # Of e = a + i b, the axis times a × (-b), twice: -i e* · (axis × e).
-        self._around = -1j * basis.T @ np.swapaxes(turned, 2, 3).reshape(-1, free)
+        self._around = -1j * basis.T @ turned.reshape(-1, free)
 
     def of(self, shapes: Array) -> Array:
         """Return the sense `(..., m)` of mode shapes `(..., n, m)`.
 
         It is from -1, backward, to +1, forward.
         """
-        ends = self._across @ shapes
-        forward = np.sum(ends.conj() * (self._around @ ends), axis=-2).real
-        size, whole = (np.sum(np.abs(item) ** 2, axis=-2) for item in (ends, self._whole @ shapes))
+        forward, size, whole = (
+            np.diagonal(form, axis1=-2, axis2=-1).real for form in self._forms(shapes)
+        )
         is_there = size > ROUNDED**2 * whole
         return np.where(is_there, forward / np.where(is_there, size, 1.0), 0.0)
 
@@ -192,7 +190,7 @@ class WhirlSense:
         return result
 
     def _forms(self, shapes: Array) -> tuple[Array, Array, Array]:
-        """Return Hermitian forms `(m, m)` of combinations of shapes `(n, m)`.
+        """Return Hermitian forms `(…, m, m)` of combinations of shapes `(…, n, m)`.
 
         Returns:
             areas of the ellipses in the sense of rotation; squares of their axes, so that the sense
@@ -200,8 +198,9 @@ class WhirlSense:
             of links that do not turn as well.
         """
         ends, whole = self._across @ shapes, self._whole @ shapes
-        forward = ends.conj().T @ self._around @ ends
-        return forward, ends.conj().T @ ends, whole.conj().T @ whole
+        adjoint = np.swapaxes(ends.conj(), -1, -2)
+        of_whole = np.swapaxes(whole.conj(), -1, -2) @ whole
+        return adjoint @ self._around @ ends, adjoint @ ends, of_whole
 
 
 def _coinciding(value: Array) -> list[list[int]]:

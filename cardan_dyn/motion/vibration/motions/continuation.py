@@ -13,13 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ....kit.arrays import EPS, ROUNDED, Array
+from ....kit.differences import displacements, slopes
 from ....kit.errors import CardanError
-from ....kit.extremes import peak
 from ....kit.periodic import MOST_NODES, next_size, resampled, tail
 from ....kit.time_left import Task
 from ..model.motion_equation import Course, LocalEquation, MotionEquation
@@ -250,6 +250,8 @@ class Branch:
 
         It is the polynomial through them along their tangents, over lengths of arcs of circles.
         """
+        from scipy.interpolate import KroghInterpolator  # Few scripts need it.
+
         count = max(len(point.q) for point in points)
         first = points[0].on(count)
         values = np.array([point.on(count).state for point in points])
@@ -262,14 +264,11 @@ class Branch:
         arcs = np.sqrt(np.sum(measure * chords**2, axis=1)) / np.sinc(turns / (2.0 * np.pi))
         places = np.append(0.0, np.cumsum(arcs))
 
+        known = np.stack([values, ways], axis=1).reshape(2 * len(values), -1)
+        curve = KroghInterpolator(np.repeat(places, 2), known)
+
         def at(place: float) -> Point:
-            state = np.zeros(len(measure))
-            for own, (value, way) in enumerate(zip(values, ways, strict=True)):
-                gap, others = place - places[own], np.delete(places, own)
-                apart = places[own] - others
-                value = value + gap * (way - 2.0 * np.sum(1.0 / apart) * value)
-                state += np.prod((place - others) / apart) ** 2 * value
-            return first._replace(state=state, way=None)
+            return first._replace(state=curve(place), way=curve.derivative(place))
 
         return at, places
 
@@ -370,29 +369,17 @@ class Branch:
             index: of the point whose measure exceeds that of both neighbours.
             measure: of a point.
         """
-        low, top, high = self.points[index - 1 : index + 2]
-        most, gap = measure(top), np.inf
-        while True:
-            sides = [self._curve([top, end]) for end in (low, high)]
 
-            def at(place: float, sides: list[tuple[Any, Array]] = sides) -> float:
-                curve, places = sides[place > 0.0]
-                return measure(curve(abs(place) * places[-1]))
+        def rise(point: Point) -> float:
+            changes = displacements(np.ones(1)) * self._along(point)
+            moved = (point._replace(state=point.state + change) for change in changes)
+            return float(slopes(np.array([measure(item) for item in moved]), np.ones(1))[0])
 
-            place, _ = peak(at, -1.0, 1.0)
-            there, before = self._met(top, high if place > 0.0 else low, abs(place)), gap
-            if there is None:
-                return top
-            point, gap = there
-            size = measure(point)
-            if size > most:
-                low, high = (top, high) if place > 0.0 else (low, top)
-                top, most = point, size
-            else:
-                low, high = (low, point) if place > 0.0 else (point, high)
-            # Curves through points that are close to each other foretell what is between them.
-            if gap <= ROUNDED or gap > 0.5 * before:
-                return top
+        top = self.points[index]
+        first, second = self.points[index : index + 2]
+        if rise(top) < 0.0:
+            first, second = self.points[index - 1 : index + 1]
+        return max(top, self.reached(first, second, rise) or top, key=measure)
 
     def reached(
         self, first: Point, second: Point, measure: Callable[[Point], float]

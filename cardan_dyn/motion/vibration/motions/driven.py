@@ -214,26 +214,24 @@ class DrivenMotions:
         time = np.mean(speed[:, None] / pace, axis=1, keepdims=True) - 1.0
         left = np.hstack([local.efforts.reshape(size, -1) / scale[:, None], time])
         # Speeds are w and w q', accelerations w w' and w² q'' + w w' q'.
-        rate, bend = first @ q, second @ q
-        change, w, own = (pace @ first.T)[..., None], pace[..., None], np.eye(count)
-        ahead = with_drive(np.ones(1), rate)
-        plain = with_drive(change[..., 0], 2.0 * w * bend + change * rate)
-        steep = (local.by_acceleration @ ahead[..., None])[..., 0] * w
-        direct = local.by_acceleration @ plain[..., None] + local.by_speed @ ahead[..., None]
-        direct[..., 0, 0] -= self._given.slope(pace)
-        by_pace = direct * own[:, None] + steep[..., None] * first[:, None]
-        slope = w[..., None] * local.by_speed[..., 1:]
-        slope += (w * change)[..., None] * local.by_acceleration[..., 1:]
-        curve = w[..., None] ** 2 * local.by_acceleration[..., 1:]
-        by_q = np.zeros((size, count, 1 + free, count, free))
-        for part, along in ((local.by_position, own), (slope, first), (curve, second)):
-            by_q += part[..., None, :] * along[:, None, :, None]
-        rows = count * (1 + free)
-        matrix = np.zeros((size, rows + 1, rows + 1))
-        matrix[:, :-1, :count] = by_pace.reshape(size, rows, count) * speed[:, None, None]
-        matrix[:, :-1, count:-1] = (by_q * self._units).reshape(size, rows, count * free)
-        matrix[:, :-1] /= scale[:, None, None]
-        matrix[:, : rows : 1 + free, -1] = -1.0
+        unit = np.eye(count * (1 + free))
+        dw, dq = unit[:count, None], unit[count:].reshape(count, free, -1)
+        dw_1, dq_1 = (np.tensordot(first, item, 1) for item in (dw, dq))
+        dq_2 = np.tensordot(second, dq, 1)
+        w, w_1 = pace[..., None, None], (pace @ first.T)[..., None, None]
+        rate, bend = (first @ q)[..., None], (second @ q)[..., None]
+        pull = w_1 * dw + w * dw_1
+        moved = np.concatenate([dw + 0.0 * w, rate * dw + w * dq_1], axis=2)
+        bent = 2.0 * w * bend * dw + w**2 * dq_2 + rate * pull + w * w_1 * dq_1
+        every = local.by_position @ dq + local.by_speed @ moved
+        every += local.by_acceleration @ np.concatenate([pull, bent], axis=2)
+        every[:, :, :1] -= self._given.slope(pace)[..., None, None] * dw
+        # By pace / Ω, q / unit, and lack / size.
+        every[..., :count] *= speed[:, None, None, None]
+        every[..., count:] *= np.tile(self._units, count)
+        matrix = np.zeros((size, len(unit) + 1, len(unit) + 1))
+        matrix[:, :-1, :-1] = every.reshape(size, len(unit), -1) / scale[:, None, None]
+        matrix[:, : -1 : 1 + free, -1] = -1.0
         matrix[:, -1, :count] = -((speed[:, None] / pace) ** 2) / count
         return matrix, left, scale
 

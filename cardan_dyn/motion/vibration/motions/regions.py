@@ -20,7 +20,7 @@ from .stability import NONE, STABLE, Stability, judged, separation, stability
 _PLACES = 9
 """Speeds at which an interval is looked at in each round, its ends among them."""
 _EDGE = 1e-8
-"""Width, as a fraction of the speed, of the interval in which an edge, or a region, lies."""
+"""Width, as a fraction of the speed, of the interval in which an edge lies at last."""
 _NEIGHBOURS = 16
 """Known speeds through which a polynomial goes; with two of them fewer it tells its error,
 and where that is rounding, nothing is integrated."""
@@ -80,12 +80,13 @@ class StabilityOverSpeed:
         )
         left = np.arange(size)
         while (left := left[~self._told(speeds, left, found)]).size:
-            # Of those that nothing tells between two known ones, that in the middle.
             new = np.unique(speeds[left])
-            after = np.searchsorted(self._speeds, new)
-            middle = 0.5 * (self._speeds[after - 1] + self._speeds[after])
-            order = np.lexsort((np.abs(new - middle), after))
-            new = new[np.sort(order[np.unique(after[order], return_index=True)[1]])]
+            # Of many, that in the middle between two known ones may let others be told.
+            if len(new) > _NEIGHBOURS:
+                after = np.searchsorted(self._speeds, new)
+                middle = 0.5 * (self._speeds[after - 1] + self._speeds[after])
+                order = np.lexsort((np.abs(new - middle), after))
+                new = new[np.sort(order[np.unique(after[order], return_index=True)[1]])]
             self._keep(new, stability(self._search, new))
         return found
 
@@ -276,7 +277,8 @@ def _refined(
         gaps = np.where(np.isnan(gaps), np.inf, gaps)
         is_new = np.any(found.grows.reshape(places.shape), axis=1)
         best = np.clip(np.argmin(gaps, axis=1), 1, _PLACES - 2)
-        rows = np.nonzero(~is_new & (upper - lower > _EDGE * np.abs(upper)))[0]
+        # In narrower ones nothing grows by more than rounding.
+        rows = np.nonzero(~is_new & (upper - lower > np.sqrt(ROUNDED) * np.abs(upper)))[0]
         lower, upper = places[rows, best[rows] - 1], places[rows, best[rows] + 1]
     joined = [np.concatenate(items) for items in zip(*every, strict=True)]
     order = np.unique(joined[0], return_index=True)[1]

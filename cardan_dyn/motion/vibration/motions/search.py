@@ -101,18 +101,18 @@ class MotionSearch:
             speed: `(S,)` [rad/s]; those without a motion are in `missed`.
         """
         every = self.every(speed)
-        sizes = [swings(motions.course.q, motions.model.units) for motions in every]
+        counts = np.full(len(speed), -1)
+        chosen = [np.zeros(len(of.index), dtype=bool) for of in every]
         rank = sorted(
             (size, number, row)
-            for number, (motions, of) in enumerate(zip(every, sizes, strict=True))
-            for row, size in enumerate(of.tolist())
+            for number, of in enumerate(every)
+            for row, size in enumerate(swings(of.course.q, of.model.units).tolist())
         )
-        counts, chosen = np.full(len(speed), -1), [np.zeros(len(of), dtype=bool) for of in sizes]
         for _, number, row in rank:
             index = every[number].index[row]
             counts[index] += 1
             chosen[number][row] = not counts[index]
-        parts = [item.part(mask) for item, mask in zip(every, chosen, strict=True) if np.any(mask)]
+        parts = [of.part(mask) for of, mask in zip(every, chosen, strict=True) if np.any(mask)]
         return parts, np.maximum(counts, 0)
 
     def end(self, middle: float, width: float) -> Motions | None:

@@ -187,7 +187,6 @@ class Stability(NamedTuple):
 
     Attributes:
         multipliers: complex `(S, 2n)` over one period, the greatest first.
-        trace, determinant: `(S,)` of the monodromy matrix.
         liouville: `(S,)` the determinant by the integral of the damping.
         kind: `(S,)` names.
         coexisting: `(S,)` number of further motions that were found.
@@ -198,8 +197,6 @@ class Stability(NamedTuple):
     """
 
     multipliers: Array
-    trace: Array
-    determinant: Array
     liouville: Array
     kind: Array
     coexisting: Array
@@ -207,6 +204,16 @@ class Stability(NamedTuple):
     monodromy: Array
     average: Array
     change: float
+
+    @property
+    def trace(self) -> Array:
+        """`(S,)` of the monodromy matrix."""
+        return np.asarray(np.trace(self.monodromy, axis1=1, axis2=2))
+
+    @property
+    def determinant(self) -> Array:
+        """`(S,)` of the monodromy matrix."""
+        return np.asarray(np.linalg.det(self.monodromy))
 
     @property
     def excess(self) -> Array:
@@ -224,8 +231,6 @@ def stability(search: MotionSearch, speeds: Array) -> Stability:
     size, order = len(speeds), 2 * len(search.rotating.free)
     result = Stability(
         multipliers=np.full((size, order), np.nan + 0j),
-        trace=np.full(size, np.nan),
-        determinant=np.full(size, np.nan),
         liouville=np.full(size, np.nan),
         kind=np.full(size, NONE, dtype="<U12"),
         coexisting=np.zeros(size, dtype=int),
@@ -250,8 +255,6 @@ def stability(search: MotionSearch, speeds: Array) -> Stability:
         result.multipliers[index], result.kind[index] = judged(
             found, result.average[index], changed
         )
-        result.trace[index] = np.trace(found, axis1=1, axis2=2)
-        result.determinant[index] = np.linalg.det(found)
         spur = np.mean(np.trace(matrix, axis1=2, axis2=3), axis=1)
         result.liouville[index] = np.exp(period * spur)
     return result._replace(change=change)

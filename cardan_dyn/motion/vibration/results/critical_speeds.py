@@ -31,6 +31,7 @@ from .resonance import (
     Resonance,
     crossings,
     lattice,
+    met,
     numbered_campbell,
     resonance,
 )
@@ -182,23 +183,19 @@ class CriticalSpeeds(VibrationResult):
         Args:
             orders: whose resonances are wanted; of all if None.
         """
-        rows = [
-            row
-            for row in self.rows
-            if row.kind == "resonance" and (orders is None or row.order in orders)
-        ]
-        jumps = [(row.rising, row.rising_severity) for row in rows]
-        jumps += [(row.falling, row.falling_severity) for row in rows]
         names = {KNOWN: "peak along its branch", OPEN: "not the peak, but open"}
-        found = {
-            name: np.array([(row.speed, row.severity) for row in rows if row.outcome == outcome])
-            for outcome, name in names.items()
+        found: dict[str, list[tuple[float, float]]] = {
+            name: [] for name in (*names.values(), "jump")
         }
-        found["jump"] = np.array(jumps)
-        named = {name: points.reshape(-1, 2) for name, points in found.items()}
+        for row in self.rows:
+            if row.kind == "resonance" and (orders is None or row.order in orders):
+                if row.outcome in names:
+                    found[names[row.outcome]].append((row.speed, row.severity))
+                jumps = (row.rising, row.rising_severity), (row.falling, row.falling_severity)
+                found["jump"] += jumps
         return {
-            name: points[np.all(np.isfinite(points), axis=1) & (points[:, 1] > 0.0)]
-            for name, points in named.items()
+            name: np.reshape([point for point in points if 0.0 < point[1] < np.inf], (-1, 2))
+            for name, points in found.items()
         }
 
     def _stored(self) -> dict[str, Any]:
@@ -396,20 +393,16 @@ def _places(modes: Campbell, speeds: Array, period: float) -> tuple[Array, float
         for sense in (1.0, -1.0) if first != second else (1.0,):
             sums = np.abs(frequency[:, first] + sense * frequency[:, second])
             for multiple in range(1, _MULTIPLES + 1):
-                gap = multiple * wave * size - sums
-                met = np.nonzero(gap[:-1] * gap[1:] <= 0.0)[0]
-                for row in met.tolist():
-                    share = gap[row] / (gap[row] - gap[row + 1]) if gap[row] else 0.0
-                    at = modes.speed[row] + share * (modes.speed[row + 1] - modes.speed[row])
-                    every.append(np.array([at]))
+                found = met(modes.speed, multiple * wave * size - sums)
+                every.append(np.array([at for at, _ in found]))
     swings = frequency[frequency > 0.0]
     least = 2.0 * float(np.max(swings)) / (wave * _MULTIPLES) if swings.size else 0.0
     rough = lattice(low, high)
     every.append(rough[np.abs(rough) >= least])
-    found = np.unique(np.concatenate(every))
-    found = found[(found >= low) & (found <= high)]
-    keep = np.concatenate([[True], np.diff(found) > NOTHING * np.abs(found[1:])])
-    return found[keep], least
+    places = np.unique(np.concatenate(every))
+    places = places[(places >= low) & (places <= high)]
+    keep = np.append(True, np.diff(places) > NOTHING * np.abs(places[1:]))
+    return places[keep], least
 
 
 def _remarks(

@@ -158,10 +158,13 @@ def crossing_about_motion(search: MotionSearch, order: float, rest: Crossing) ->
 
 def between(found: Campbell, order: float, mode: int) -> list[tuple[float, float]]:
     """Return where an order meets a mode's frequency, interpolated, with the slopes of the gap."""
+    return met(found.speed, order * np.abs(found.speed) - found.frequency[:, mode])
+
+
+def met(speed: Array, gap: Array) -> list[tuple[float, float]]:
+    """Return where a gap `(S,)` between ascending speeds is none, interpolated, with its slopes."""
     # Speeds without a motion lie at undamped resonances: their neighbours tell where.
-    is_there = np.isfinite(found.frequency[:, mode])
-    speed = found.speed[is_there]
-    gap = order * np.abs(speed) - found.frequency[is_there, mode]
+    speed, gap = speed[np.isfinite(gap)], gap[np.isfinite(gap)]
     # A crossing at one of the speeds belongs to the interval that begins there, or to the last.
     is_met = (gap[:-1] == 0.0) | (gap[:-1] * gap[1:] < 0.0)
     is_met[-1:] |= gap[-1:] == 0.0

@@ -57,30 +57,16 @@ class Rising(NamedTuple):
         return self.first * time + 0.5 * rise * time**2, self.first + rise * time, rise
 
 
-class Windows(NamedTuple):
-    """Whole revolutions of the drive, W of them: middle, mean speed and half swings."""
-
-    time: Array
-    speed: Array
-    envelope: Array
-
-
 class Run(NamedTuple):
-    """What a simulated run gives, N samples.
-
-    Attributes:
-        time: `(N,)` [s].
-        speed: of the drive `(N,)` [rad/s].
-        position: of the free coordinates `(N, n)` [rad or m].
-        window: revolutions of the drive.
-        settled: mean speed at which the drive stays in the end; NaN if it does not [rad/s].
-    """
+    """What a simulated run gives, N samples, W revolutions; its names are those of `RunUp`."""
 
     time: Array
     speed: Array
     position: Array
-    window: Windows
-    settled: float
+    window: Array
+    window_time: Array
+    envelope: Array
+    settled_speed: float
 
 
 class SimulatedRun:
@@ -125,8 +111,9 @@ class SimulatedRun:
         run = self._simulated(duration, rtol)
         time, speed = np.array(run.time), np.array(run.speed)
         drive, free = np.split(np.array(run.position), [1], axis=1)
-        windows = windows_of(time, drive[:, 0], free, speed[:, 1:])
-        return Run(time, speed[:, 0].copy(), free.copy(), windows, self._settled(time, windows))
+        at, mean, envelope = windows_of(time, drive[:, 0], free, speed[:, 1:])
+        settled = self._settled(at, mean, float(time[-1]))
+        return Run(time, speed[:, 0].copy(), free.copy(), mean, at, envelope, settled)
 
     def _simulated(self, duration: float, rtol: float) -> Trajectory:
         """Return the simulation at equidistant times and those of its own steps."""
@@ -172,16 +159,16 @@ class SimulatedRun:
             Event(lambda time, position, speed: speed[drive], True, 0, _REST),
         ]
 
-    def _settled(self, time: Array, windows: Windows) -> float:
+    def _settled(self, at: Array, mean: Array, end: float) -> float:
         """Return the mean speed at which the drive stays in the end; NaN if it does not."""
         if self._torque is None:
             return np.nan
-        late = windows.time >= _LATE * time[-1]
+        late = at >= _LATE * end
         if np.sum(late) < 2:  # A slope takes two.
             return np.nan
-        slope = float(np.polyfit(windows.time[late], windows.speed[late], 1)[0])
+        slope = float(np.polyfit(at[late], mean[late], 1)[0])
         free = abs(self._torque(self._first)) / self._inertia()
-        return float(np.mean(windows.speed[late])) if abs(slope) < _STALLED * free else np.nan
+        return float(np.mean(mean[late])) if abs(slope) < _STALLED * free else np.nan
 
     def _inertia(self) -> float:
         """Return the mean moment of inertia that the drive moves [kg m²]."""
@@ -193,8 +180,10 @@ class SimulatedRun:
         return float(np.mean(local.by_acceleration[:, 0, 0]))
 
 
-def windows_of(time: Array, drive: Array, free: Array, rate: Array) -> Windows:
-    """Return the revolutions of a run, the last one up to its end; or all of it if it has none.
+def windows_of(time: Array, drive: Array, free: Array, rate: Array) -> tuple[Array, Array, Array]:
+    """Return middles, mean speeds and half swings of the revolutions of a run.
+
+    The last one ends with it; it is all of the run if that has none.
 
     Args:
         time: `(N,)` [s].
@@ -214,7 +203,7 @@ def windows_of(time: Array, drive: Array, free: Array, rate: Array) -> Windows:
         np.concatenate([free[a : b + 1], between[a:b]])
         for a, b in zip(low.tolist(), high.tolist(), strict=True)
     ]
-    return Windows(
+    return (
         0.5 * (first + last),
         np.sign(drive[-1] - drive[0]) * (ends - starts) / (last - first),
         np.array([0.5 * np.ptp(part, axis=0) for part in found]),
@@ -446,27 +435,9 @@ def run_up(
         run = SimulatedRun(search, first, last, given).over(duration, rtol)
         task.tell(1)
         # A weak torque may let the drive slow down first.
-        lowest = (min if last > first else max)(first, np.nan_to_num(run.settled, nan=first))
+        lowest = (min if last > first else max)(first, np.nan_to_num(run.settled_speed, nan=first))
         curve = TorqueCurve(search, steady_path(search, float(lowest), last), given)
-        return _compared(search.rotating.scene, run, curve)
-
-
-def _compared(scene: Scene, run: Run, curve: TorqueCurve) -> RunUp:
-    """Return a run beside what constant speeds predict."""
-    found = curve.predicted()
-    return RunUp(
-        scene=scene,
-        time=run.time,
-        speed=run.speed,
-        position=run.position,
-        window=run.window.speed,
-        window_time=run.window.time,
-        envelope=run.window.envelope,
-        predicted_speed=found.speed,
-        predicted=found.swing,
-        linear=found.linear,
-        predicted_torque=found.torque,
-        predicted_lack=found.lack,
-        barriers=curve.barriers(found),
-        settled_speed=run.settled,
-    )
+        found = curve.predicted()
+        barriers = curve.barriers(found)
+        scene = search.rotating.scene
+        return RunUp(scene=scene, **run._asdict(), **found._asdict(), barriers=barriers)

@@ -60,22 +60,13 @@ class TorqueBarrier(NamedTuple):
 
 
 class Predicted(NamedTuple):
-    """What constant mean speeds predict, S of them.
+    """What constant mean speeds predict, S of them; its names are those of `RunUp`."""
 
-    Attributes:
-        speed: `(S,)` [rad/s].
-        swing: half the way from peak to peak of the free coordinates `(S, n)`; NaN where there is
-            no motion.
-        linear: the same by the linear equation with averaged coefficients.
-        torque: mean over the drive's position that the motion asks for `(S,)` [N·m].
-        lack: what the drive lacks of it `(S,)` [N·m].
-    """
-
-    speed: Array
-    swing: Array
+    predicted_speed: Array
+    predicted: Array
     linear: Array
-    torque: Array
-    lack: Array
+    predicted_torque: Array
+    predicted_lack: Array
 
 
 class TorqueCurve:
@@ -129,9 +120,8 @@ class TorqueCurve:
         """
         from scipy.signal import find_peaks  # Most scripts run nothing up.
 
-        sense = np.sign(found.speed[0])
-        there = np.isfinite(found.lack)
-        speed, lack = found.speed[there], sense * found.lack[there]
+        there, sense = np.isfinite(found.predicted_lack), np.sign(found.predicted_speed[0])
+        speed, lack = found.predicted_speed[there], sense * found.predicted_lack[there]
         if len(lack) < 3 or not np.ptp(lack) > 0.0:
             return ()
         tops, _ = find_peaks(lack, prominence=_PROMINENT * np.ptp(lack))
