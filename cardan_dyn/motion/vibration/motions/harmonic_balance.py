@@ -105,15 +105,25 @@ def _least_step(matrix: Array, efforts: Array, units: Array) -> Array:
         efforts: `(N, n)`.
         units: of the coordinates `(n,)`.
     """
-    count, free = efforts.shape
-    every = np.repeat(units, count)
-    rows = np.max(np.abs(matrix * every), axis=1, keepdims=True)
-    rows[rows == 0.0] = 1.0
-    if not np.all(np.isfinite(rows)) or not np.all(np.isfinite(efforts)):
+    sides = -efforts.T.reshape(-1, 1)
+    if not np.all(np.isfinite(matrix)) or not np.all(np.isfinite(sides)):
         return np.full_like(efforts, np.nan)
-    sides = -efforts.T.reshape(-1, 1) / rows
-    step = np.linalg.lstsq(matrix * every / rows, sides, rcond=ROUNDED)[0][:, 0] * every
-    return np.asarray(step.reshape(free, count).T)
+    scaled, every, rows = in_units(matrix, units)
+    step = np.linalg.lstsq(scaled, sides / rows, rcond=ROUNDED)[0][:, 0] * every
+    return np.asarray(step.reshape(len(units), -1).T)
+
+
+def in_units(matrix: Array, units: Array) -> tuple[Array, Array, Array]:
+    """Return Jacobians `(…, K, K)` in units of coordinates `(K,)` and rows `(…, K, 1)`, and these.
+
+    Args:
+        matrix: see `jacobian`.
+        units: of the coordinates `(n,)`.
+    """
+    every = np.repeat(units, matrix.shape[-1] // len(units))
+    rows = np.max(np.abs(matrix * every), axis=-1, keepdims=True)
+    rows = np.where(rows > 0.0, rows, 1.0)
+    return matrix * every / rows, every, rows
 
 
 def swings(q: Array, units: Array) -> Array:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....kit.arrays import ROUNDED, Array
+from ....kit.arrays import Array
 from ....kit.periodic import amplitudes, orders_of, sampled
 from ..model.modes import averaged
-from ..model.motion_equation import Course, MotionEquation
-from .harmonic_balance import MOST_STEPS, Motions, jacobian, newton_steps
+from ..model.motion_equation import Course, LocalEquation, MotionEquation
+from .harmonic_balance import Motions, jacobian, newton_steps, solved
 
 
 def at_mean(course: Course) -> Course:
@@ -16,24 +16,25 @@ def at_mean(course: Course) -> Course:
     return _at_rest(np.mean(course.q, axis=1), course.speed, course.q.shape[1])
 
 
+class _Means(MotionEquation):
+    """The same equation of coordinates at rest: means over a period, at one node of it."""
+
+    def along(self, course: Course) -> LocalEquation:
+        """See `MotionEquation.along`."""
+        found = super().along(_at_rest(course.q[:, 0], course.speed, self.count))
+        every = found._asdict()
+        scale = every.pop("scale")
+        means = {name: np.mean(of, axis=1, keepdims=True) for name, of in every.items()}
+        return LocalEquation(scale=scale, **means)
+
+
 def resting(model: MotionEquation, start: Array, speed: Array) -> list[Motions]:
     """Return the places near a start `(n,)` at which mean efforts vanish at rest."""
-    q, there = np.tile(start, (len(speed), 1)), np.zeros(len(speed), dtype=bool)
-    for _ in range(MOST_STEPS):
-        equation = model.along(_at_rest(q, speed, model.count))
-        stiffness, efforts = (np.mean(x, axis=1) for x in (equation.stiffness, equation.efforts))
-        lost = ~np.all(np.isfinite(stiffness), axis=(1, 2))
-        stiffness[lost], efforts[lost] = 0.0, 0.0
-        step = -(np.linalg.pinv(stiffness, rcond=ROUNDED) @ efforts[..., None])[..., 0]
-        length = np.max(np.abs(step) / model.units, axis=1)
-        q += step * (model.most / np.maximum(length, model.most))[:, None]
-        # Newton's method doubles digits.
-        there = (length <= np.sqrt(ROUNDED)) & ~lost
-        if np.all(there | lost):
-            break
-    (index,) = np.nonzero(there)
-    rest = _at_rest(q[index], speed[index], model.count)
-    return [Motions(model, index, rest, np.ones(len(index)))] if index.size else []
+    guess = np.tile(start, (len(speed), 1, 1))
+    found, there = solved(_Means(**vars(model)), speed, guess)
+    rest = _at_rest(found.course.q[:, 0], speed, model.count)
+    every = Motions(model, found.index, rest, np.ones(len(speed)))
+    return [every.part(there)] if np.any(there) else []
 
 
 def _at_rest(q: Array, speed: Array, count: int) -> Course:

@@ -26,24 +26,6 @@ _NEIGHBOURS = 16
 and where that is rounding, nothing is integrated."""
 
 
-class Judged(NamedTuple):
-    """What becomes of small disturbances at S speeds; see `Stability`."""
-
-    multipliers: Array
-    kind: Array
-    decays: Array
-
-    @property
-    def excess(self) -> Array:
-        """`(S,)` size of the greatest multiplier less 1."""
-        return np.asarray(np.abs(self.multipliers[:, 0]) - 1.0)
-
-    @property
-    def grows(self) -> Array:
-        """`(S,)` whether disturbances grow."""
-        return np.asarray((self.kind != STABLE) & (self.kind != NONE))
-
-
 class StabilityOverSpeed:
     """Tells the stability of the smallest motions at speeds, which it finds at few of them."""
 
@@ -55,29 +37,21 @@ class StabilityOverSpeed:
             speeds: `(S,)` ascending, of one sign.
             known: what was found there.
         """
-        self._search, self._change, self._free = search, 0.0, known.average.shape[-1]
-        self._speeds = np.zeros(0)
-        self._rows = np.zeros((0, known.monodromy[0].size + known.average[0].size))
-        self._judged = Judged(
-            np.zeros((0, 2 * self._free), dtype=complex),
-            np.zeros(0, dtype=known.kind.dtype),
-            np.zeros(0, dtype=bool),
-        )
-        self._keep(speeds, known)
+        self._search, self._speeds, self._known = search, speeds, known
+        self._free = known.average.shape[-1]
 
     @property
     def period(self) -> float:
         """Of the multipliers [rad]."""
         return self._search.model.period
 
-    def at(self, speeds: Array) -> Judged:
-        """Return the stability at speeds `(S,)` between the first and the last one known."""
+    def at(self, speeds: Array) -> Stability:
+        """Return the stability at speeds `(S,)` between the first and the last one known.
+
+        Of speeds that polynomials tell, multipliers and kinds alone.
+        """
         size = len(speeds)
-        found = Judged(
-            np.full((size, 2 * self._free), np.nan + 0j),
-            np.full(size, NONE, dtype=self._judged.kind.dtype),
-            np.zeros(size, dtype=bool),
-        )
+        found = Stability.unknown(size, self._free)
         left = np.arange(size)
         while (left := left[~self._told(speeds, left, found)]).size:
             new = np.unique(speeds[left])
@@ -92,37 +66,39 @@ class StabilityOverSpeed:
 
     def _keep(self, speeds: Array, new: Stability) -> None:
         """Keep what was found at speeds that were not known."""
-        self._change = max(self._change, new.change)
-        rows = [item.reshape(len(speeds), -1) for item in (new.monodromy, new.average)]
         every = np.concatenate([self._speeds, speeds])
         order = np.argsort(every, kind="stable")
+        *both, changes = zip(self._known, new, strict=True)
         self._speeds = every[order]
-        self._rows = np.concatenate([self._rows, np.concatenate(rows, axis=1)])[order]
-        parts = zip(self._judged, (new.multipliers, new.kind, new.decays), strict=True)
-        self._judged = Judged(*(np.concatenate(both)[order] for both in parts))
+        self._known = Stability(*(np.concatenate(parts)[order] for parts in both), max(changes))
 
-    def _told(self, speeds: Array, rows: Array, found: Judged) -> Array:
+    def _told(self, speeds: Array, rows: Array, found: Stability) -> Array:
         """Tell what is known at some speeds, or between; and return whether it is `(K,)`."""
         at = np.searchsorted(self._speeds, speeds[rows])
         after = np.minimum(at, len(self._speeds) - 1)
         told = self._speeds[after] == speeds[rows]
-        for own, known in zip(found, self._judged, strict=True):
-            own[rows[told]] = known[after[told]]
-        is_there = self._judged.kind != NONE
+        *every, _ = zip(found, self._known, strict=True)
+        for own, of in every:
+            own[rows[told]] = of[after[told]]
+        is_there, change = self._known.kind != NONE, self._known.change
         # Beside a speed without a motion nothing is sure.
         between = ~told & is_there[after] & is_there[np.maximum(at - 1, 0)]
         if np.count_nonzero(is_there) < _NEIGHBOURS or not np.any(between):
             return told
         (index,) = np.nonzero(between)
+        known = self._known.monodromy[is_there], self._known.average[is_there]
+        numbers = np.concatenate([item.reshape(len(item), -1) for item in known], axis=1)
         values, error = _interpolated(
-            self._speeds[is_there], self._rows[is_there], speeds[rows[index]], self._columns
+            self._speeds[is_there], numbers, speeds[rows[index]], self._columns
         )
-        is_sure = error <= max(ROUNDED, 2.0 * self._change)
+        is_sure = error <= max(ROUNDED, 2.0 * change)
         index, values = index[is_sure], values[is_sure]
         if index.size:
-            shape, change = (2 * self._free,) * 2, max(self._change, float(np.max(error[is_sure])))
-            matrices = values[:, : self._columns[0]].reshape(-1, *shape)
-            average = values[:, self._columns[0] :].reshape(-1, 3, self._free, self._free)
+            change = max(change, float(np.max(error[is_sure])))
+            parts = np.split(values, self._columns[:1], axis=1)
+            matrices, average = (
+                part.reshape(-1, *item.shape[1:]) for part, item in zip(parts, known, strict=True)
+            )
             found.multipliers[rows[index]], found.kind[rows[index]] = judged(
                 matrices, average, change
             )
@@ -210,7 +186,7 @@ class Region(NamedTuple):
         return self.upper - self.lower
 
 
-def regions(over: StabilityOverSpeed, speeds: Array, known: Judged | Stability) -> list[Region]:
+def regions(over: StabilityOverSpeed, speeds: Array, known: Stability) -> list[Region]:
     """Return all regions that were found between speeds, ascending.
 
     Regions narrower than the steps of the speeds are looked for where two multipliers come near
@@ -258,7 +234,7 @@ def regions(over: StabilityOverSpeed, speeds: Array, known: Judged | Stability) 
 
 
 def _refined(
-    over: StabilityOverSpeed, speeds: Array, known: Judged | Stability
+    over: StabilityOverSpeed, speeds: Array, known: Stability
 ) -> tuple[Array, Array, Array]:
     """Return speeds, excess and kinds, with more speeds where multipliers nearly collide."""
     every = [(speeds, known.excess, known.kind)]
@@ -273,35 +249,29 @@ def _refined(
         places = np.linspace(lower, upper, _PLACES, axis=1)
         found = over.at(places.ravel())
         every.append((places.ravel(), found.excess, found.kind))
-        gaps = separation(found.multipliers).reshape(places.shape)
-        gaps = np.where(np.isnan(gaps), np.inf, gaps)
-        is_new = np.any(found.grows.reshape(places.shape), axis=1)
+        gaps = np.nan_to_num(separation(found.multipliers).reshape(places.shape), nan=np.inf)
         best = np.clip(np.argmin(gaps, axis=1), 1, _PLACES - 2)
-        # In narrower ones nothing grows by more than rounding.
-        rows = np.nonzero(~is_new & (upper - lower > np.sqrt(ROUNDED) * np.abs(upper)))[0]
+        # In narrower intervals nothing grows by more than rounding.
+        is_open = ~np.any(found.grows.reshape(places.shape), axis=1)
+        (rows,) = np.nonzero(is_open & (upper - lower > np.sqrt(ROUNDED) * np.abs(upper)))
         lower, upper = places[rows, best[rows] - 1], places[rows, best[rows] + 1]
-    joined = [np.concatenate(items) for items in zip(*every, strict=True)]
-    order = np.unique(joined[0], return_index=True)[1]
-    speeds, excess, kind = (item[order] for item in joined)
-    return speeds, excess, kind
+    speeds, excess, kind = (np.concatenate(items) for items in zip(*every, strict=True))
+    order = np.unique(speeds, return_index=True)[1]
+    return speeds[order], excess[order], kind[order]
 
 
 def _edges(
     over: StabilityOverSpeed, speeds: Array, unstable: Array, changes: Array
 ) -> dict[int, float]:
     """Return where stability changes after speeds of given indices."""
-    lower, upper = speeds[changes].copy(), speeds[changes + 1].copy()
-    before = unstable[changes]
+    lower, upper = speeds[changes], speeds[changes + 1]
+    before, rows = unstable[changes, None], np.arange(len(changes))
     while changes.size and np.any(upper - lower > _EDGE * np.abs(upper)):
         # Several places at a time, since all of them are solved together.
-        places = np.linspace(lower, upper, _PLACES, axis=1)[:, 1:-1]
-        found = over.at(places.ravel())
-        is_unstable = found.grows.reshape(places.shape)
-        differs = is_unstable != before[:, None]
-        first = np.where(np.any(differs, axis=1), np.argmax(differs, axis=1), _PLACES - 2)
-        every = np.column_stack([lower, places, upper])
-        rows = np.arange(len(changes))
-        lower, upper = every[rows, first], every[rows, first + 1]
+        places = np.linspace(lower, upper, _PLACES, axis=1)
+        grows = over.at(places[:, 1:-1].ravel()).grows.reshape(len(changes), -1)
+        first = np.argmax(np.column_stack([grows != before, rows >= 0]), axis=1)
+        lower, upper = places[rows, first], places[rows, first + 1]
     return {
         int(index): 0.5 * float(first + last)
         for index, first, last in zip(changes, lower, upper, strict=True)

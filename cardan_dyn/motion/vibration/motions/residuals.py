@@ -9,7 +9,7 @@ from ....kit.errors import AccuracyError, VibrationError
 from ....kit.periodic import shifted
 from ..model.efforts import with_drive
 from ..model.motion_equation import Course
-from .harmonic_balance import Motions, jacobian
+from .harmonic_balance import Motions, in_units, jacobian
 
 _WORST = 1e-7
 """Effort, as a fraction of its terms, that may be left along a motion: orders beyond the nodes
@@ -80,12 +80,9 @@ def refuse_unheld(found: list[Motions]) -> None:
 
 def _scaled(motions: Motions) -> Array:
     """Return the equation's Jacobian `(S, K, K)` in units of the coordinates and of its rows."""
-    model, speed = motions.model, motions.course.speed
-    count, free = motions.course.q.shape[1:]
-    matrix = jacobian(motions.equation, speed, model.period) * np.repeat(model.units, count)
-    rows = np.max(np.abs(matrix).reshape(len(speed), free, -1), axis=2)
-    rows = np.repeat(np.where(rows > 0.0, rows, 1.0), count, axis=1)
-    return np.asarray(matrix / rows[:, :, None])
+    model = motions.model
+    matrix = jacobian(motions.equation, motions.course.speed, model.period)
+    return in_units(matrix, model.units)[0]
 
 
 def _condition(matrix: Array) -> Array:

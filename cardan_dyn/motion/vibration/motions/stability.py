@@ -205,6 +205,20 @@ class Stability(NamedTuple):
     average: Array
     change: float
 
+    @classmethod
+    def unknown(cls, size: int, free: int) -> Stability:
+        """Return that of speeds at which nothing is known."""
+        return cls(
+            multipliers=np.full((size, 2 * free), np.nan + 0j),
+            liouville=np.full(size, np.nan),
+            kind=np.full(size, NONE, dtype="<U12"),
+            coexisting=np.zeros(size, dtype=int),
+            decays=np.zeros(size, dtype=bool),
+            monodromy=np.full((size, 2 * free, 2 * free), np.nan),
+            average=np.full((size, 3, free, free), np.nan),
+            change=0.0,
+        )
+
     @property
     def trace(self) -> Array:
         """`(S,)` of the monodromy matrix."""
@@ -220,6 +234,11 @@ class Stability(NamedTuple):
         """`(S,)` size of the greatest multiplier less 1."""
         return np.asarray(np.abs(self.multipliers[:, 0]) - 1.0)
 
+    @property
+    def grows(self) -> Array:
+        """`(S,)` whether disturbances grow."""
+        return np.asarray((self.kind != STABLE) & (self.kind != NONE))
+
 
 def stability(search: MotionSearch, speeds: Array) -> Stability:
     """Return what becomes of small disturbances of the smallest motion at each speed.
@@ -228,17 +247,7 @@ def stability(search: MotionSearch, speeds: Array) -> Stability:
         search: of the design.
         speeds: `(S,)`.
     """
-    size, order = len(speeds), 2 * len(search.rotating.free)
-    result = Stability(
-        multipliers=np.full((size, order), np.nan + 0j),
-        liouville=np.full(size, np.nan),
-        kind=np.full(size, NONE, dtype="<U12"),
-        coexisting=np.zeros(size, dtype=int),
-        decays=np.zeros(size, dtype=bool),
-        monodromy=np.full((size, order, order), np.nan),
-        average=np.full((size, 3, order // 2, order // 2), np.nan),
-        change=0.0,
-    )
+    result = Stability.unknown(len(speeds), len(search.rotating.free))
     change = 0.0
     # What a search finds first may be one of several, and even one that no rig stays at.
     found_motions, result.coexisting[:] = search.smallest(speeds)

@@ -97,6 +97,11 @@ class Campbell(VibrationResult):
         gaps = np.abs(self.frequency[:, :, None] - lines[:, None, :]) / lines[:, None, :]
         return np.asarray(np.min(gaps, axis=2))
 
+    @property
+    def there(self) -> Array:
+        """Places among the speeds at which there is a motion."""
+        return np.nonzero(np.isfinite(self.decay[:, 0]))[0]
+
     def at(self, row: int) -> tuple[Array, Array]:
         """Return eigenvalues `(n,)` [1/s] and mode shapes `(n, n)` at one of the speeds."""
         return self.decay[row] + 1j * self.frequency[row], self.shape[row]
@@ -127,7 +132,7 @@ class Campbell(VibrationResult):
         return CampbellPlot(self)
 
     def __repr__(self) -> str:
-        missed = self._without(int(np.sum(~np.all(np.isfinite(self.frequency), axis=1))))
+        missed = self._without(len(self.speed) - len(self.there))
         return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds{missed}>"
 
 
@@ -151,15 +156,15 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
     every_motion, _ = search.smallest(speeds)
     refuse_missed(search, speeds)
     refuse_unheld(every_motion)
-    return _modes_about(search, speeds, every_motion)
+    return modes_about(search, speeds, every_motion)
 
 
 def resting_campbell(search: MotionSearch, speeds: Array) -> Campbell:
     """Return the modes about coordinates at rest, as `resting_motions`, at speeds `(S,)`."""
-    return _modes_about(search, speeds, search.resting(speeds))
+    return modes_about(search, speeds, search.resting(speeds))
 
 
-def _modes_about(search: MotionSearch, speeds: Array, every_motion: list[Motions]) -> Campbell:
+def modes_about(search: MotionSearch, speeds: Array, every_motion: list[Motions]) -> Campbell:
     """Return the modes about motions at speeds `(S,)`."""
     free = len(search.rotating.free)
     shape = (len(speeds), free)
@@ -177,7 +182,7 @@ def _modes_about(search: MotionSearch, speeds: Array, every_motion: list[Motions
                 shapes[row] = sense.parted(value[row], shapes[row])
             whirl[rows] = sense.of(shapes[rows])
     # Speeds without a motion stand between those that continue each other.
-    for before, row in pairwise(np.nonzero(np.all(np.isfinite(value), axis=1))[0].tolist()):
+    for before, row in pairwise(np.nonzero(np.isfinite(value[:, 0]))[0].tolist()):
         order = followed(value[before], shapes[before], value[row], shapes[row])
         value[row], shapes[row], whirl[row] = (
             value[row, order],

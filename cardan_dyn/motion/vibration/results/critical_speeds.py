@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from ....kit.checks import flag, positives
 from ....kit.errors import ArgumentError
 from ....kit.periodic import MOST_NODES, amplitudes, orders_of, resampled
 from ....kit.time_left import Task
-from ..model.modes import sense_name
 from ..model.rotating_scene import speeds_of
 from ..motions.continuation import Point
 from ..motions.regions import Region, StabilityOverSpeed, regions
@@ -27,7 +26,7 @@ from .periodic_motion import search_of
 from .resonance import (
     KNOWN,
     OPEN,
-    UNBOUNDED,
+    CriticalSpeed,
     Resonance,
     crossings,
     lattice,
@@ -51,78 +50,6 @@ _SURVIVED = 0.35
 """Swing of a rotation [rad], some 20°, from which on hardly any shaft or support survives."""
 _HIGHEST = 8
 """Highest order that is looked at unless others are asked for."""
-
-
-class CriticalSpeed(NamedTuple):
-    """One critical speed.
-
-    Attributes:
-        speed: of the drive [rad/s]: of the greatest amplitude of the order along the branch of
-            motions through the crossing, whatever the range; of the crossing itself where there is
-            no peak, as where the order does not move the mode; of the fastest growth of an
-            instability.
-        kind: `resonance`, or that of an instability, see `Floquet`.
-        order: cycles per revolution of the drive; NaN for an instability.
-        mode: number of the mode, from 1, by ascending frequency at next to no speed, backward
-            before forward whirl, 0 for an instability; its column in `campbell` is one less.
-        frequency: order times size of the speed [rad/s]; NaN for an instability.
-        whirl: `forward`, `backward`, `planar`; empty for an instability.
-        severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
-            m], 0 where the order does not move the mode, NaN where no motion was found; growth
-            rate of an instability [1/s].
-        outcome: `known`; `unbounded`: the equation is linear and has no damping, so that the
-            severity is infinite; `open`: the branch of motions was not followed to its peak, as a
-            remark says why, or an instability goes on beyond the range, so that the severity is the
-            greatest that was found and greater ones may exist.
-        amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
-        lower, upper: edges of an instability; of a resonance, least and greatest speed about the
-            peak at which the amplitude along the branch is above half power, 1/√2 of the peak
-            [rad/s]. A branch that turns back before has its fold there, as a remark says; NaN where
-            there is no peak, or half power was not met.
-        rising, falling: where a resonance leans over, speeds at which a motion jumps to another
-            one while the speed rises or falls slowly [rad/s]; NaN elsewhere.
-        rising_severity, falling_severity: severity right before these jumps.
-    """
-
-    speed: float
-    kind: str
-    order: float
-    mode: int
-    frequency: float
-    whirl: str
-    severity: float
-    outcome: str
-    amplification: float
-    lower: float
-    upper: float
-    rising: float = np.nan
-    rising_severity: float = np.nan
-    falling: float = np.nan
-    falling_severity: float = np.nan
-
-    @property
-    def severity_text(self) -> str:
-        """The severity as a text, with what is known of it."""
-        if self.outcome == UNBOUNDED:
-            return "without bound"
-        if np.isnan(self.severity):
-            return "not found"
-        return f"{'at least ' if self.outcome == OPEN else ''}{self.severity:.3g}"
-
-    def jumps(self, unit: str, scale: float = 1.0) -> str:
-        """Return a text of the jumps, empty if there are none.
-
-        Args:
-            unit: of speeds.
-            scale: of speeds in that unit, per rad/s.
-        """
-        if np.isnan(self.rising) or np.isnan(self.falling):
-            return ""
-        return (
-            f"jumps at {scale * self.rising:.6g} {unit} while the speed rises (from "
-            f"{self.rising_severity:.3g}), at {scale * self.falling:.6g} {unit} while it falls "
-            f"(from {self.falling_severity:.3g})"
-        )
 
 
 class CriticalSpeedsPlot(Plot):
@@ -184,9 +111,8 @@ class CriticalSpeeds(VibrationResult):
             orders: whose resonances are wanted; of all if None.
         """
         names = {KNOWN: "peak along its branch", OPEN: "not the peak, but open"}
-        found: dict[str, list[tuple[float, float]]] = {
-            name: [] for name in (*names.values(), "jump")
-        }
+        found: dict[str, list[tuple[float, float]]]
+        found = {name: [] for name in (*names.values(), "jump")}
         for row in self.rows:
             if row.kind == "resonance" and (orders is None or row.order in orders):
                 if row.outcome in names:
@@ -293,7 +219,7 @@ def critical_speeds(
             missed = places[known.kind == NONE]
             task.tell(3)
             unstable = regions(over, places, known)
-    rows = [row for row, _ in resonances] + [_unstable(item) for item in unstable]
+    rows = [item.row for item in resonances] + [_unstable(item) for item in unstable]
     return CriticalSpeeds(
         scene=search.rotating.scene,
         low=low,
@@ -315,29 +241,22 @@ def _exciting(search: MotionSearch, modes: Campbell) -> list[float]:
         search: of the scene.
         modes: about rest: what forces at a speed is weighed where it may meet one of them.
     """
-    sizes: dict[float, float] = {}
     swings = modes.frequency[modes.frequency > 0.0]
     places = np.abs(modes.speed)
     if swings.size:
         places = np.array([np.min(swings) / _HIGHEST, np.min(swings), np.max(swings)])
-    speeds = np.unique(np.sign(modes.speed[-1]) * places)
-    for motions in search.resting(speeds):
-        efforts = motions.equation.efforts
-        forcing = np.max(np.abs(amplitudes(efforts, 1)), axis=(0, 2))
-        waves = orders_of(len(forcing), motions.model.period)
-        for order, size in zip(waves.tolist(), forcing.tolist(), strict=True):
-            sizes[order] = max(size, sizes.get(order, 0.0))
-    greatest = max((size for order, size in sizes.items() if order), default=0.0)
-    return [
-        order
-        for order, size in sorted(sizes.items())
-        if 0.0 < order <= _HIGHEST and size > NOTHING * greatest
-    ]
+    found = search.resting(np.unique(np.sign(modes.speed[-1]) * places))
+    if not found:
+        return []
+    sizes = np.max(np.abs(amplitudes(found[0].equation.efforts, 1)), axis=(0, 2))
+    orders = orders_of(len(sizes), found[0].model.period)
+    forces = sizes > NOTHING * np.max(sizes[1:])
+    return list(orders[forces & (orders > 0.0) & (orders <= _HIGHEST)].tolist())
 
 
 def _resonances(
     search: MotionSearch, modes: Campbell, orders: list[float], low: float, high: float
-) -> list[tuple[CriticalSpeed, Resonance]]:
+) -> list[Resonance]:
     """Return the resonances that lie between two speeds."""
     found = []
     waves = list(product(orders, range(modes.frequency.shape[1])))
@@ -348,29 +267,12 @@ def _resonances(
                 # One beyond an end may lean into the range.
                 if not (low - _ASIDE * abs(low) <= crossing.speed <= high + _ASIDE * abs(high)):
                     continue
-                item = resonance(search, order, crossing)
-                places = np.array([item.crossing.speed, item.speed, item.lower, item.upper])
+                item = resonance(search, order, mode, crossing)
+                row = item.row
+                places = np.array([item.crossing.speed, row.speed, row.lower, row.upper])
                 if np.nanmin(places) <= high and np.nanmax(places) >= low:
-                    found.append((_row(item, order, mode), item))
+                    found.append(item)
     return found
-
-
-def _row(item: Resonance, order: float, mode: int) -> CriticalSpeed:
-    ratio = item.crossing.damping_ratio
-    return CriticalSpeed(
-        speed=item.speed,
-        kind="resonance",
-        order=order,
-        mode=mode + 1,
-        frequency=order * abs(item.speed),
-        whirl=sense_name(item.crossing.whirl),
-        severity=item.severity,
-        outcome=item.outcome,
-        amplification=0.5 / ratio if ratio else np.inf,
-        lower=item.lower,
-        upper=item.upper,
-        **item.jumps._asdict(),
-    )
 
 
 def _places(modes: Campbell, speeds: Array, period: float) -> tuple[Array, float]:
@@ -407,15 +309,15 @@ def _places(modes: Campbell, speeds: Array, period: float) -> tuple[Array, float
 
 def _remarks(
     scene: Scene,
-    found: list[tuple[CriticalSpeed, Resonance]],
+    found: list[Resonance],
     regions_found: list[Region],
     unseen: float,
     ends: tuple[float, float],
 ) -> tuple[str, ...]:
     """Return what a reader of the table should know besides."""
     remarks = []
-    for row, item in found:
-        name = f"order {row.order:g} at mode {row.mode}"
+    for item in found:
+        name = f"order {item.row.order:g} at mode {item.row.mode}"
         if item.peak is not None:
             remarks += [f"{name}: {text}" for text in _beyond(scene, item.peak)]
         remarks += [f"{name}: {note}" for note in item.notes]

@@ -256,31 +256,30 @@ def response_of(
     # Wrenches may repeat after the mechanism's whole period alone, and have higher orders than the
     # motion, which are not to be taken for lower ones.
     count = 3 * waves | 1
-    kinds = {
-        name: np.full((size, waves, free), np.nan + 0j)
-        for name in ("amplitude", "linear", "averaged")
-    }
+    # Of the motion, of the linear one, and of the averaged one.
+    spectra = np.full((3, size, waves, free), np.nan + 0j)
     errors = np.full((3, size), np.nan)
     wrench = np.full((size, waves, len(joints), 6), np.nan + 0j)
     for motions in found:
-        residual = residuals(motions)
-        linear, averaged = linear_motions(motions), averaged_motions(motions)
         q, index = motions.course.q, motions.index
-        for name, values in (("amplitude", q), ("linear", linear), ("averaged", averaged)):
-            kinds[name][index] = 0.0
-            spectrum = amplitudes(values, 1)
-            kinds[name][index, : divisor * spectrum.shape[1] : divisor] = spectrum
-        sizes = (q - np.mean(q, axis=1, keepdims=True), linear - q, averaged - q)
-        scale, *gaps = (_greatest(item) for item in sizes)
+        every = np.stack([q, linear_motions(motions), averaged_motions(motions)])
+        spectrum = amplitudes(every, 2)
+        spectra[:, index] = 0.0
+        spectra[:, index, : divisor * spectrum.shape[2] : divisor] = spectrum
+        # Between the nodes of a motion is more than at them.
+        ways = every - np.stack([np.mean(q, axis=1, keepdims=True) + 0.0 * q, q, q])
+        scale, *gaps = np.max(np.abs(resampled(ways, MOST_NODES, 2)), axis=(2, 3))
         scale = np.where(scale > 0.0, scale, 1.0)
-        errors[:, index] = (residual, *(gap / scale for gap in gaps))
+        errors[:, index] = residuals(motions), *(gap / scale for gap in gaps)
         if joints:
             wrench[index] = _wrenches(search, motions, joints, frame, count)[:, :waves]
     return ForcedResponse(
         scene=rotating.scene,
         speed=speeds,
         order=orders_of(waves, rotating.period),
-        **kinds,
+        amplitude=spectra[0],
+        linear=spectra[1],
+        averaged=spectra[2],
         linear_error=errors[1],
         averaged_error=errors[2],
         residual=errors[0],
@@ -289,11 +288,6 @@ def response_of(
         frame=frame,
         missed=missed_of(search, speeds),
     )
-
-
-def _greatest(values: Array) -> Array:
-    """Return the greatest size `(S,)` of functions `(S, N, n)`, between their nodes as well."""
-    return np.asarray(np.max(np.abs(resampled(values, MOST_NODES, 1)), axis=(1, 2)))
 
 
 def _wrenches(

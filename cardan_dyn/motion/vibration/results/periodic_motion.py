@@ -16,7 +16,7 @@ from ....kit.errors import ArgumentError, VibrationError
 from ....kit.periodic import amplitudes, orders_of
 from ..model.efforts import with_drive
 from ..model.rotating_scene import all_driven, rotating_scene, speeds_of
-from ..motions.harmonic_balance import Motions
+from ..motions.harmonic_balance import Motions, swings
 from ..motions.residuals import residuals
 from ..motions.search import MotionSearch
 from .result import VibrationResult, table_of, unit_of
@@ -309,34 +309,29 @@ def missed_of(search: MotionSearch, speeds: Array) -> dict[float, str]:
 
 def _collected(search: MotionSearch, speeds: Array, every: list[Motions]) -> PeriodicMotion:
     """Return all motions as rows."""
-    rows: list[tuple[int, float, Array, float, float]] = []
-    divisor = 1
-    for motions in every:
-        residual = residuals(motions)
-        divisor = motions.model.divisor
-        waves = amplitudes(motions.course.q, 1)
-        middle = waves[:, :1].real
-        sizes = np.max(np.abs(motions.course.q - middle) / search.rotating.units, axis=(1, 2))
-        rows += [
-            (int(motions.index[item]), float(sizes[item]), *rest)
-            for item, rest in enumerate(zip(waves, residual.tolist(), motions.sign, strict=True))
-        ]
-    rows.sort(key=lambda row: row[:2])
-    count = max(len(row[2]) for row in rows)
-    amplitude = np.zeros((len(rows), count, len(search.rotating.free)), dtype=complex)
-    for item, row in enumerate(rows):
-        amplitude[item, : len(row[2])] = row[2]
-    places = np.array([row[0] for row in rows])
-    branch = np.array([np.sum(places[:item] == place) for item, place in enumerate(places)])
-    period = search.rotating.period / divisor
+    spectra = [amplitudes(motions.course.q, 1) for motions in every]
+    count = max(waves.shape[1] for waves in spectra)
+    wide = [np.pad(of, ((0, 0), (0, count - of.shape[1]), (0, 0))) for of in spectra]
+    amplitude, place, size, residual, sign = (
+        np.concatenate(parts)
+        for parts in (
+            wide,
+            [motions.index for motions in every],
+            [swings(motions.course.q, motions.model.units) for motions in every],
+            [residuals(motions) for motions in every],
+            [motions.sign for motions in every],
+        )
+    )
+    rows = np.lexsort((size, place))
+    places, period = place[rows], every[0].model.period
     return PeriodicMotion(
         scene=search.rotating.scene,
         speed=speeds[places],
-        branch=branch,
+        branch=np.arange(len(rows)) - np.searchsorted(places, places),
         period=period,
         order=orders_of(count, period),
-        amplitude=amplitude,
-        residual=np.array([row[3] for row in rows]),
-        index=np.array([row[4] for row in rows], dtype=int),
+        amplitude=amplitude[rows],
+        residual=residual[rows],
+        index=sign[rows].astype(int),
         missed=missed_of(search, speeds),
     )

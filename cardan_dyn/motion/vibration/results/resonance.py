@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ....kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ....kit.differences import displacements, slopes
 from ....kit.errors import VibrationError
 from ....kit.periodic import amplitudes
-from ..model.modes import clear_senses
+from ..model.modes import clear_senses, sense_name
 from ..motions.continuation import Branch, Point
 from ..motions.linear import at_mean
 from ..motions.search import WIDEST, MotionSearch
@@ -108,10 +108,9 @@ def numbered_campbell(
 
 def _sorted_at_rest(found: Campbell) -> Campbell:
     """Return modes numbered by ascending frequency at their slowest speed."""
-    rows = np.nonzero(np.all(np.isfinite(found.frequency), axis=1))[0]
-    if not rows.size:
+    if not found.there.size:
         return found
-    row = int(rows[np.argmin(np.abs(found.speed[rows]))])
+    row = int(found.there[np.argmin(np.abs(found.speed[found.there]))])
     frequency = found.frequency[row]
     scale = NOTHING * (float(np.max(frequency)) or 1.0)
     senses = clear_senses(found.whirl[row])
@@ -120,9 +119,7 @@ def _sorted_at_rest(found: Campbell) -> Campbell:
 
 def _numbered_alike(found: Campbell, modes: Campbell) -> Campbell:
     """Return a diagram with the numbers that its modes have in another one."""
-    own, others = (
-        np.nonzero(np.all(np.isfinite(item.frequency), axis=1))[0] for item in (found, modes)
-    )
+    own, others = found.there, modes.there
     if not own.size or not others.size:
         return found
     gaps = np.abs(found.speed[own][:, None] - modes.speed[others])
@@ -197,66 +194,132 @@ def _refined(
         at = min(max(at - gap / slope, low), high)
 
 
-class Jumps(NamedTuple):
-    """Where a resonance that leans over loses its motion; NaN where it does not.
+class CriticalSpeed(NamedTuple):
+    """One critical speed.
 
     Attributes:
-        rising: speed at which a slowly rising one jumps [rad/s].
-        rising_severity: amplitude there, see `Resonance.severity`.
-        falling: speed at which a slowly falling one jumps [rad/s].
-        falling_severity: amplitude there.
+        speed: of the drive [rad/s]: of the greatest amplitude of the order along the branch of
+            motions through the crossing, whatever the range; of the crossing itself where there is
+            no peak, as where the order does not move the mode; of the fastest growth of an
+            instability.
+        kind: `resonance`, or that of an instability, see `Floquet`.
+        order: cycles per revolution of the drive; NaN for an instability.
+        mode: number of the mode, from 1, by ascending frequency at next to no speed, backward
+            before forward whirl, 0 for an instability; its column in `campbell` is one less.
+        frequency: order times size of the speed [rad/s]; NaN for an instability.
+        whirl: `forward`, `backward`, `planar`; empty for an instability.
+        severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
+            m], 0 where the order does not move the mode, NaN where no motion was found; growth
+            rate of an instability [1/s].
+        outcome: `known`; `unbounded`: the equation is linear and has no damping, so that the
+            severity is infinite; `open`: the branch of motions was not followed to its peak, as a
+            remark says why, or an instability goes on beyond the range, so that the severity is the
+            greatest that was found and greater ones may exist.
+        amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
+        lower, upper: edges of an instability; of a resonance, least and greatest speed about the
+            peak at which the amplitude along the branch is above half power, 1/√2 of the peak
+            [rad/s]. A branch that turns back before has its fold there, as a remark says; NaN where
+            there is no peak, or half power was not met.
+        rising, falling: where a resonance leans over, speeds at which a motion jumps to another
+            one while the speed rises or falls slowly [rad/s]; NaN elsewhere.
+        rising_severity, falling_severity: severity right before these jumps.
     """
 
+    speed: float
+    kind: str
+    order: float
+    mode: int
+    frequency: float
+    whirl: str
+    severity: float
+    outcome: str
+    amplification: float
+    lower: float = np.nan
+    upper: float = np.nan
     rising: float = np.nan
     rising_severity: float = np.nan
     falling: float = np.nan
     falling_severity: float = np.nan
+
+    @property
+    def severity_text(self) -> str:
+        """The severity as a text, with what is known of it."""
+        if self.outcome == UNBOUNDED:
+            return "without bound"
+        if np.isnan(self.severity):
+            return "not found"
+        return f"{'at least ' if self.outcome == OPEN else ''}{self.severity:.3g}"
+
+    def jumps(self, unit: str, scale: float = 1.0) -> str:
+        """Return a text of the jumps, empty if there are none.
+
+        Args:
+            unit: of speeds.
+            scale: of speeds in that unit, per rad/s.
+        """
+        if np.isnan(self.rising) or np.isnan(self.falling):
+            return ""
+        return (
+            f"jumps at {scale * self.rising:.6g} {unit} while the speed rises (from "
+            f"{self.rising_severity:.3g}), at {scale * self.falling:.6g} {unit} while it falls "
+            f"(from {self.falling_severity:.3g})"
+        )
 
 
 class Resonance(NamedTuple):
     """A mode at an order.
 
     Attributes:
+        row: what the table says of it.
         crossing: of both.
-        speed: of the severity [rad/s]; of the crossing where there is none, or no bound of it.
-        severity: greatest amplitude of a free coordinate in the mode at the order [rad or m];
-            0 where the order does not move it, NaN if no motion was found.
-        outcome: `KNOWN`; `UNBOUNDED`, of a linear equation without damping; `OPEN`, where greater
-            ones may exist.
-        lower, upper: least and greatest speed about the peak at which the amplitude along the
-            branch is above half power [rad/s]; NaN where that is not known.
-        jumps: of a resonance that leans over.
         peak: the motion of the severity; None if there is none.
         notes: what is to be known besides.
     """
 
+    row: CriticalSpeed
     crossing: Crossing
-    speed: float
-    severity: float
-    outcome: str
-    lower: float = np.nan
-    upper: float = np.nan
-    jumps: Jumps = Jumps()
-    peak: Point | None = None
-    notes: tuple[str, ...] = ()
+    peak: Point | None
+    notes: tuple[str, ...]
 
 
-def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
+def resonance(search: MotionSearch, order: float, mode: int, rest: Crossing) -> Resonance:
     """Return what a mode does near where an order meets it.
 
     Args:
         search: of the scene.
         order: cycles per revolution of the drive.
+        mode: its column.
         rest: the crossing about coordinates at rest.
     """
+
+    def told(
+        crossing: Crossing, severity: float, outcome: str, *notes: str, **more: Any
+    ) -> Resonance:
+        """Without a peak, the critical speed is the crossing itself."""
+        peak: Point | None = more.pop("peak", None)
+        speed = crossing.speed if peak is None else peak.speed
+        ratio = crossing.damping_ratio
+        row = CriticalSpeed(
+            speed=speed,
+            kind="resonance",
+            order=order,
+            mode=mode + 1,
+            frequency=order * abs(speed),
+            whirl=sense_name(crossing.whirl),
+            severity=severity,
+            outcome=outcome,
+            amplification=0.5 / ratio if ratio else np.inf,
+            **more,
+        )
+        return Resonance(row, crossing, peak, notes)
+
     is_damped = rest.damping_ratio > 0.0
     if not _is_moved(search, order, rest, 0.0 if is_damped else _ASIDE):
-        return _plain(crossing_about_motion(search, order, rest), 0.0, KNOWN)
+        return told(crossing_about_motion(search, order, rest), 0.0, KNOWN)
     branches = _branches(search, rest)
     if not branches:
-        return _plain(rest, np.nan, OPEN, "no small motion was found beside it, to be followed")
-    is_whole = branches[0].is_whole
-    crossing = rest
+        return told(rest, np.nan, OPEN, "no small motion was found beside it, to be followed")
+    is_whole, crossing = branches[0].is_whole, rest
     if is_whole and not branches[0].folds:
         about = crossing_about_motion(search, order, rest)
         crossing = about if about.damping_ratio > 0.0 else rest
@@ -266,36 +329,23 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
     if found.peak is None:
         there, _ = search.smallest(np.array([crossing.speed]))
         if not there:
-            return _plain(
-                crossing, np.nan, OPEN, f"it has no peak of its own, and {search.missed[0]}"
-            )
+            note = f"it has no peak of its own, and {search.missed[0]}"
+            return told(crossing, np.nan, OPEN, note)
         note = "it has no peak of its own: its amplitude is that of the motion at the crossing"
-        return _plain(crossing, found.share(Point.of(there[0])), OPEN, note)
+        return told(crossing, found.share(Point.of(there[0])), OPEN, note)
     if not is_whole and not is_damped and _is_linear(found.peak):
-        return _plain(rest, np.inf, UNBOUNDED)
-    lower, upper, notes = np.nan, np.nan, found.notes(found.peak)
+        return told(rest, np.inf, UNBOUNDED)
+    ends: dict[str, float] = {}
+    notes = found.notes(found.peak)
     if is_whole:
-        lower, upper, more = found.half_power(found.peak)
-        notes += more
+        ends, beside = found.half_power(found.peak)
+        notes += beside
     else:
         reasons = "; ".join(dict.fromkeys(item.reason for item in branches if item.reason))
         notes += [f"the branch of its motions was not followed to its peak: {reasons}"]
-    return Resonance(
-        crossing=crossing,
-        speed=found.peak.speed,
-        severity=found.severity,
-        outcome=KNOWN if is_whole else OPEN,
-        lower=lower,
-        upper=upper,
-        jumps=found.jumps,
-        peak=found.peak,
-        notes=tuple(notes),
-    )
-
-
-def _plain(crossing: Crossing, severity: float, outcome: str, *notes: str) -> Resonance:
-    """Return a resonance without a peak: the critical speed is the crossing itself."""
-    return Resonance(crossing, crossing.speed, severity, outcome, notes=notes)
+    outcome = KNOWN if is_whole else OPEN
+    ends |= found.jumps
+    return told(crossing, found.severity, outcome, *notes, peak=found.peak, **ends)
 
 
 def _width(crossing: Crossing) -> float:
@@ -401,18 +451,18 @@ class _Stretch:
         return float(shares_of(point, self._order, self._crossing.shapes)[self._crossing.mode])
 
     @cached_property
-    def jumps(self) -> Jumps:
-        """The pair of folds that is nearest to the peak."""
+    def jumps(self) -> dict[str, float]:
+        """The pair of folds that is nearest to the peak, by the fields of the table."""
         folds = self._branch.folds
         pairs = list(zip(folds[::2], folds[1::2], strict=False))
-        if not pairs:
-            return Jumps()
         found: dict[str, float] = {}
+        if not pairs:
+            return found
         for fold in min(pairs, key=lambda pair: min(abs(item.place - self._top) for item in pair)):
             speed = fold.point.speed
             name = "rising" if fold.sense * speed > 0.0 else "falling"
             found |= {name: speed, f"{name}_severity": self.share(fold.point)}
-        return Jumps(**found)
+        return found
 
     def notes(self, peak: Point) -> list[str]:
         """Return what is to be known of the motions of the branch.
@@ -428,7 +478,7 @@ class _Stretch:
         others = [
             f"{fold.point.speed:.6g} rad/s (from {self.share(fold.point):.3g})"
             for fold in self._branch.folds
-            if fold.point.speed not in (self.jumps.rising, self.jumps.falling)
+            if fold.point.speed not in self.jumps.values()
         ]
         if others:
             notes.append(f"its branch turns back at {', '.join(others)} as well")
@@ -449,7 +499,7 @@ class _Stretch:
                 return share
         return None
 
-    def half_power(self, peak: Point) -> tuple[float, float, list[str]]:
+    def half_power(self, peak: Point) -> tuple[dict[str, float], list[str]]:
         """Return least and greatest speed of the stretch about the peak above half power.
 
         With what is to be known of them: NaN is an end that the branch does not reach.
@@ -473,8 +523,8 @@ class _Stretch:
                 )
         for point in inside:
             # What is not known stays so.
-            ends["lower"] = np.minimum(ends["lower"], point.speed)
-            ends["upper"] = np.maximum(ends["upper"], point.speed)
+            ends["lower"] = float(np.minimum(ends["lower"], point.speed))
+            ends["upper"] = float(np.maximum(ends["upper"], point.speed))
         notes += [
             f"{name} is where its branch turns back, at {self.share(point):.3g}: the motion jumps "
             "there before it falls to half power"
@@ -482,7 +532,7 @@ class _Stretch:
             for point in folds.values()
             if point.speed == end
         ]
-        return float(ends["lower"]), float(ends["upper"]), notes
+        return ends, notes
 
     def _above_half_power(self, points: Sequence[Point]) -> tuple[list[Point], bool]:
         """Return points above half power, the last one at it; and whether that was met."""

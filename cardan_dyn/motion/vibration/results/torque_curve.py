@@ -13,13 +13,14 @@ import numpy as np
 from ....kit.arrays import ROUNDED, Array
 from ....kit.extremes import greatest, peak
 from ....kit.periodic import amplitudes, orders_of
-from ..model.modes import averaged, modes, sense_name
+from ..model.modes import averaged, sense_name
 from ..motions.driven import Characteristic, Driven, DrivenMotions
 from ..motions.harmonic_balance import Motions
 from ..motions.linear import averaged_motions
 from ..motions.residuals import residuals
 from ..motions.search import MotionSearch
 from ..motions.steady_path import SteadyPath
+from .campbell import modes_about
 
 _PROMINENT = 1e-6
 """Height of a barrier above its surroundings, as a fraction of the range of torques: a low one
@@ -168,19 +169,16 @@ class TorqueCurve:
 
     def _resonance(self, motions: Motions) -> tuple[float, int, str]:
         """Return order, mode and whirl that move most in a motion."""
-        means = averaged(motions.equation)
-        turns = float(np.sign(motions.course.speed[0]))
+        speed = motions.course.speed
+        mass, _, _ = averaged(motions.equation)
         waves = amplitudes(motions.course.q, 1)[0]
-        waves = waves if turns > 0.0 else waves.conj()
+        waves = waves if speed[0] > 0.0 else waves.conj()
         order = orders_of(len(waves), motions.model.period)
-        energy = order**2 * np.einsum("ki,ij,kj->k", waves.conj(), means[0][0], waves).real
+        energy = order**2 * np.einsum("ki,ij,kj->k", waves.conj(), mass[0], waves).real
         wave = int(np.argmax(energy))
-        found = modes(*means)
-        middle = np.mean(motions.course.q[0], axis=0)
-        sense = self._search.whirl(middle, turns)
-        shapes = sense.parted(found.value[0], found.shape[0])
-        mode = int(np.argmax(np.abs(np.linalg.pinv(shapes) @ waves[wave])))
-        return float(order[wave]), mode + 1, sense_name(float(sense.of(shapes)[mode]))
+        about = modes_about(self._search, speed, [motions])
+        mode = int(np.argmax(np.abs(np.linalg.pinv(about.shape[0]) @ waves[wave])))
+        return float(order[wave]), mode + 1, sense_name(float(about.whirl[0, mode]))
 
 
 def half_swings(q: Array) -> Array:
