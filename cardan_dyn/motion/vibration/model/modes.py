@@ -120,20 +120,21 @@ class WhirlSense:
         # All joints, whatever the outputs are: links are placed by their motion.
         if scene.outputs != tuple(scene.mechanism.joints):
             scene = scene.replace(outputs=None)
-        assembled, moved = scene.assemble(places), []
-        for unit in np.eye(1 + free):
-            motion = scene.sweep(assembled, unit).motion
-            found = links.at(np.asarray(motion.x), np.asarray(motion.v))
-            moved.append([found[name] for name in bodies.values()])
+        units = np.repeat(np.eye(1 + free), count, axis=0)
+        motion = scene.sweep(np.tile(places, (1 + free, 1)), units).motion
+        found = links.at(np.asarray(motion.x), np.asarray(motion.v))
         inertias = [mechanism.model.inertias[body] for body in bodies]
+        moved = [
+            (found[name].spin, found[name].velocity, found[name].rotation @ of.lever)
+            for name, of in zip(bodies.values(), inertias, strict=True)
+        ]
         # By coordinates, the drive first, by links, positions and axes.
-        shape = count, 3
-        spin, velocity = (
-            np.array([[np.broadcast_to(getattr(link, of), shape) for link in at] for at in moved])
-            for of in ("spin", "velocity")
+        shape = 1 + free, count, 3
+        spin, velocity, arms = (
+            np.stack([np.broadcast_to(of, (len(units), 3)).reshape(shape) for of in item], axis=1)
+            for item in zip(*moved, strict=True)
         )
-        levers = zip(moved[0], inertias, strict=True)
-        arm = np.array([np.broadcast_to(link.rotation @ of.lever, shape) for link, of in levers])
+        arm = arms[0]
         size = np.linalg.norm(spin[0], axis=-1, keepdims=True)
         axis = np.where(size > _TURNS, sense * spin[0] / np.maximum(size, _TURNS), 0.0)
         weights = [[np.trace(of.inertia) / 3.0, of.mass] for of in inertias]
@@ -174,7 +175,10 @@ class WhirlSense:
             shapes: mode shapes `(n, n)`, a column for each.
         """
         result = shapes.copy()
-        for group in _coinciding(value):
+        for first, number in enumerate(value.tolist()):
+            (group,) = np.nonzero(np.abs(value - number) <= NOTHING * abs(number))
+            if group[0] < first or len(group) == 1 or not number.imag > 0.0:
+                continue
             basis = shapes[:, group]
             forward, size, whole = self._forms(basis)
             least = np.linalg.eigvalsh(size)[0]
@@ -201,19 +205,6 @@ class WhirlSense:
         adjoint = np.swapaxes(ends.conj(), -1, -2)
         of_whole = np.swapaxes(whole.conj(), -1, -2) @ whole
         return adjoint @ self._around @ ends, adjoint @ ends, of_whole
-
-
-def _coinciding(value: Array) -> list[list[int]]:
-    """Return groups of two or more swings whose eigenvalues `(n,)` coincide."""
-    groups: list[list[int]] = []
-    for index, number in enumerate(value.tolist()):
-        for group in groups:
-            if abs(number - value[group[0]]) <= NOTHING * abs(number):
-                group.append(index)
-                break
-        else:
-            groups.append([index])
-    return [group for group in groups if len(group) > 1 and value[group[0]].imag > 0.0]
 
 
 def sense_name(sense: float) -> str:

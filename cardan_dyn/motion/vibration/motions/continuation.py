@@ -459,11 +459,11 @@ class Branch:
         low, high, found = 0.0, 1.0, first
         while high - low > FORETOLD:
             middle = 0.5 * (low + high)
-            point = self.between(first, second, middle)
-            if point is None:
+            met = self._met(first, second, middle)
+            if met is None:
                 break  # Right there Newton's method has no way on.
-            found = point
-            low, high = (middle, high) if point.sign == first.sign else (low, middle)
+            found, _ = met
+            low, high = (middle, high) if found.sign == first.sign else (low, middle)
         return found
 
     def _aside(self, point: Point, first: Point, second: Point) -> tuple[Point, Way]:
@@ -478,13 +478,8 @@ class Branch:
         """Return the point at a first step along a way that leaves this branch; None if none."""
         return self._corrected(point._replace(state=point.state + FIRST * way), way)
 
-    def between(self, first: Point, second: Point, share: float) -> Point | None:
-        """Return the point at a share of the way from one to the next."""
-        found = self._met(first, second, share)
-        return found and found[0]
-
     def _met(self, first: Point, second: Point, share: float) -> tuple[Point, float] | None:
-        """Return the same, and how far from it was foretold."""
+        """Return the point at a share of the way to the next, and how far from it was foretold."""
         at, places = self._curve([first, second])
         guess = at(share * places[-1])
         found = self._corrected(guess, self._between(first, second, len(guess.q)))

@@ -200,13 +200,15 @@ def regions(over: StabilityOverSpeed, speeds: Array, known: Stability) -> list[R
 
     def growth_at(speed: float) -> float:
         there = over.at(np.array([speed]))
-        excess = float(there.excess[0]) if there.grows[0] else 0.0
-        return float(np.log1p(excess)) * abs(speed) / over.period
+        return float(rate(np.where(there.grows[0], there.excess[0], 0.0), speed))
+
+    def rate(excess: Array, speed: Array | float) -> Array:
+        return np.asarray(np.log1p(excess) * np.abs(speed) / over.period)
 
     speeds, excess, kind = _refined(over, speeds, known)
     is_there = kind != NONE
     unstable = (kind != STABLE) & is_there
-    growth = np.log1p(np.where(unstable, excess, 0.0)) * np.abs(speeds) / over.period
+    growth = rate(np.where(unstable, excess, 0.0), speeds)
     changes = np.nonzero(unstable[1:] != unstable[:-1])[0]
     edges = _edges(over, speeds, unstable, changes[is_there[changes] & is_there[changes + 1]])
     found = []

@@ -22,12 +22,10 @@ from .continuation import FORETOLD, Branch, Point, Way
 from .harmonic_balance import Motions, found_near, swings
 from .linear import linear_motions, resting
 
-_LARGE = 5e-3
-"""Amplitude, in units of the coordinates, from which on a motion is large enough for others; modes
-about places that are nearer whirl alike."""
 _BENT = 3e-3
 """Distance from the linear motion, as a fraction of a motion's size, from which on there may be
-others."""
+others, and that size, in units of the coordinates; modes about places that are nearer whirl alike.
+"""
 _FAR = 0.2
 """The same from which on there may be others wherever modes about the motion resonate; relative
 distance from a forced resonance within which there may be others."""
@@ -115,18 +113,13 @@ class MotionSearch:
         parts = [of.part(mask) for of, mask in zip(every, chosen, strict=True) if np.any(mask)]
         return parts, np.maximum(counts, 0)
 
-    def end(self, middle: float, width: float) -> Motions | None:
-        """Return a motion as far from a speed as it takes to be like the linear one; or the last.
+    def towards_end(self, middle: float, width: float) -> list[Motions]:
+        """Return motions at speeds ever farther from one, up to one like the linear one.
 
         Args:
             middle: speed [rad/s].
             width: distance of the first that is looked at, on its side [rad/s].
         """
-        found = self._towards_end(middle, width)
-        return found[-1] if found else None
-
-    def _towards_end(self, middle: float, width: float) -> list[Motions]:
-        """Return motions at speeds ever farther from one, up to one like the linear one."""
         found: list[Motions] = []
         most = WIDEST * abs(middle)
         while True:
@@ -146,7 +139,7 @@ class MotionSearch:
         # Modes about a motion far from the linear one say little of where others resonate.
         return part.index[_resonates(part) | self._bends(part, _FAR)]
 
-    def _bends(self, motions: Motions, share: float = _BENT, least: float = _LARGE) -> Array:
+    def _bends(self, motions: Motions, share: float = _BENT, least: float = _BENT) -> Array:
         """Return whether motions differ from the linear ones, or cannot be alone `(S,)`."""
         size = swings(motions.course.q, motions.model.units)
         # Motions come in pairs of opposite signs, beside one of sign +1.
@@ -166,7 +159,7 @@ class MotionSearch:
         starts: list[Motions] = []
         ends = []
         for at, sense in ((low, -1.0), (high, 1.0)):
-            found = self._towards_end(at, sense * _NEAREST * abs(at))
+            found = self.towards_end(at, sense * _NEAREST * abs(at))
             starts += found
             ends.append(
                 float(found[-1].course.speed[0]) if found else at + sense * WIDEST * abs(at)
@@ -205,7 +198,7 @@ class MotionSearch:
         """
         for place, sense, known in self._whirl:
             gap = np.max(np.abs(place - middle) / self.rotating.units)
-            if sense == turns and gap <= _LARGE:
+            if sense == turns and gap <= _BENT:
                 return known
         count = next_size(self.model.divisor * self.model.count)
         known = WhirlSense(self.rotating, middle, turns, count)

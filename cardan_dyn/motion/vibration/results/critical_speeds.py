@@ -124,14 +124,9 @@ class CriticalSpeeds(VibrationResult):
             for name, points in found.items()
         }
 
-    def _stored(self) -> dict[str, Any]:
-        """Return what `save` writes, of the rows a column for each field."""
-        stored = {name: value for name, value in super()._stored().items() if name != "rows"}
-        columns = {
-            name: np.array([getattr(row, name) for row in self.rows])
-            for name in CriticalSpeed._fields
-        }
-        return {**stored, **{f"table.{name}": of for name, of in columns.items()}}
+    def _records(self) -> Any:
+        """See `VibrationResult._records`."""
+        return {"rows": ("table", CriticalSpeed._fields, self.rows)}
 
     def table(self) -> Table:
         """Return a row for each critical speed."""

@@ -159,14 +159,11 @@ class Floquet(VibrationResult):
         known = self.region[design] if self.region else ()
         return found + [(row.lower, row.upper, row.kind) for row in known]
 
-    def _stored(self) -> dict[str, Any]:
-        """Return what `save` writes: of `region` a column for each field, and the design."""
+    def _records(self) -> Any:
+        """See `VibrationResult._records`; with the design of each region."""
         every = [(design, *row) for design, found in enumerate(self.region) for row in found]
-        columns = zip(*every, strict=True) if every else [()] * (1 + len(Region._fields))
-        names = [f"region.{name}" for name in ("design", *Region._fields)]
-        regions = zip(names, map(np.array, columns), strict=True)
-        stored = {name: value for name, value in super()._stored().items() if name != "region"}
-        return {**stored, **(dict(regions) if self.region else {})}
+        columns = ("design", *Region._fields) if self.region else ()
+        return {"region": ("region", columns, every)}
 
     def table(self) -> Table:
         """Return a row for each design and speed."""

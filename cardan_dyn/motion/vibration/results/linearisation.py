@@ -20,7 +20,7 @@ from ..model.rotating_scene import speeds_of
 from ..motions.harmonic_balance import Motions
 from ..motions.linear import at_mean
 from ..motions.residuals import residuals
-from ..motions.stability import first_order, monodromy
+from ..motions.stability import first_order, monodromy, ranked_multipliers
 from .periodic_motion import refuse_missed, search_of
 from .result import VibrationResult, unit_of
 
@@ -131,8 +131,7 @@ class Linearisation(VibrationResult):
 
     def multipliers(self) -> Array:
         """Return the complex Floquet multipliers `(2n,)` of a period, the greatest first."""
-        values = np.linalg.eigvals(self.monodromy())
-        return values[np.argsort(-np.abs(values))]
+        return np.asarray(ranked_multipliers(self.monodromy()[None])[0])
 
     def table(self) -> Table:
         """Return a row for each order, with columns for the parts of each coefficient.

@@ -403,15 +403,15 @@ def _branches(search: MotionSearch, crossing: Crossing) -> list[Branch]:
     """Return the branch through a crossing; where it is not whole, those from either side."""
     width = max(_width(crossing), _ASIDE * abs(crossing.speed))
     sides = (np.sign(crossing.speed) * width * np.array([-1.0, 1.0])).tolist()
-    ends = [search.end(crossing.speed, side) for side in sides]
+    ends = [search.towards_end(crossing.speed, side) for side in sides]
     speeds = [
-        crossing.speed + side if end is None else float(end.course.speed[0])
+        float(end[-1].course.speed[0]) if end else crossing.speed + side
         for end, side in zip(ends, sides, strict=True)
     ]
     found: list[Branch] = []
     for start, last in zip(ends, speeds[::-1], strict=True):
-        if start is not None and not (found and found[0].is_whole):
-            found.append(Branch(Point.of(start), last))
+        if start and not (found and found[0].is_whole):
+            found.append(Branch(Point.of(start[-1]), last))
     return found
 
 

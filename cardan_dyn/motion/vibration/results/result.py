@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,9 +17,6 @@ from ....kit.frozen import Record
 
 if TYPE_CHECKING:
     from ....scene.scene import Scene
-
-_NAMES = ("drive", "free")
-"""Under which names of coordinates are stored."""
 
 
 class VibrationResult(Record, Result):
@@ -45,30 +42,35 @@ class VibrationResult(Record, Result):
         """Names of the free coordinates."""
         return self.scene.free
 
+    def _records(self) -> dict[str, tuple[str, Sequence[str], Sequence[tuple[Any, ...]]]]:
+        """Return attributes that hold records: how files call them, their fields, and they."""
+        return {}
+
     def _stored(self) -> dict[str, Any]:
         """Return what `save` writes, by its name in the file."""
         stored: dict[str, Any] = {}
+        records = self._records()
         for field in fields(self):  # type: ignore[arg-type]
-            value = getattr(self, field.name)
-            if isinstance(value, (np.ndarray, float, int, str)):
-                stored[field.name] = np.asarray(value)
-            elif isinstance(value, tuple) and all(
-                isinstance(item, (str, int, float)) for item in value
-            ):
-                stored[field.name] = np.array(value)
-            elif field.name == "missed":
-                stored["missed.speed"] = np.array(list(value), dtype=float)
-                stored["missed.reason"] = np.array(list(value.values()), dtype=str)
-            elif isinstance(value, Mapping):
-                stored |= {f"{field.name}.{key}": np.asarray(item) for key, item in value.items()}
+            name, value = field.name, getattr(self, field.name)
+            if name == "scene":
+                # Columns of arrays are in the order of the free coordinates.
+                stored |= {"drive": np.asarray(self.drive), "free": np.array(self.free)}
+                continue
+            if name in records:
+                name, columns, rows = records[name]
+                of = zip(*rows, strict=True) if rows else [()] * len(columns)
+                value = dict(zip(columns, of, strict=True))
+            elif name == "missed":
+                reasons = np.array(list(value.values()), dtype=str)
+                value = {"speed": np.array(list(value), dtype=float), "reason": reasons}
             elif isinstance(value, VibrationResult):
                 # Its coordinates are those of the whole.
-                own = {key: item for key, item in value._stored().items() if key not in _NAMES}
-                stored |= {f"{field.name}.{key}": item for key, item in own.items()}
-            elif field.name == "scene":
-                # Columns of arrays are in the order of the free coordinates.
-                names = np.asarray(value.drives[0]), np.array(value.free)
-                stored |= dict(zip(_NAMES, names, strict=True))
+                own = value._stored().items()
+                value = {key: item for key, item in own if key not in ("drive", "free")}
+            if isinstance(value, Mapping):
+                stored |= {f"{name}.{key}": np.asarray(item) for key, item in value.items()}
+            else:
+                stored[name] = np.asarray(value)
         return stored
 
     def save(self, path: str | os.PathLike[str]) -> Path:

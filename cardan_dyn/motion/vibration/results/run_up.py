@@ -41,7 +41,6 @@ _REST = "rest"
 """Name of the event at which the drive comes to rest."""
 _BESIDE = 1e-3
 """Relative distance beyond the top of a barrier at which a drive still counts as held by it."""
-_COLUMNS = TorqueBarrier._fields
 
 
 class Rising(NamedTuple):
@@ -367,14 +366,9 @@ class RunUp(VibrationResult):
         """Figures: `found.plot()`, a free coordinate over speed, and `plot.torque()`."""
         return RunUpPlot(self)
 
-    def _stored(self) -> dict[str, Any]:
-        """Return what `save` writes, of the barriers a column for each field."""
-        columns = zip(*self.barriers, strict=True) if self.barriers else [()] * len(_COLUMNS)
-        table = {
-            f"barriers.{name}": np.array(of) for name, of in zip(_COLUMNS, columns, strict=True)
-        }
-        stored = {name: value for name, value in super()._stored().items() if name != "barriers"}
-        return {**stored, **table}
+    def _records(self) -> Any:
+        """See `VibrationResult._records`."""
+        return {"barriers": ("barriers", TorqueBarrier._fields, self.barriers)}
 
     def __str__(self) -> str:
         lines = [repr(self)[1:-1], *(f"- {item}" for item in self.barriers)]
