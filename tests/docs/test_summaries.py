@@ -28,7 +28,7 @@ WORDS = frozenset(
 STEPS = frozenset(
     {
         *("Case", "Causes", "Continuity", "Convergence", "Entry", "Estimates"),
-        *("ForceCourse", "Group", "Judged", "Jumps", "LineReport", "Passages"),
+        *("ForceCourse", "Group", "Judged", "LineReport", "Passages"),
         *("PlanarModel", "PlanarMotion", "Resonance", "Store", "Surroundings", "Swing"),
         *("Touch", "BearingForces"),
     }

@@ -158,8 +158,8 @@ class DrivenMotions:
     def _solved(self, period: float, speed: Array, pace: Array, q: Array) -> Driven:
         """Return motions by Newton's method, near those given."""
         size, count, free = q.shape
-        lack, length, is_left = np.zeros(size), np.full(size, np.inf), True
-        while is_left:
+        lack, length, is_open = np.zeros(size), np.full(size, np.inf), np.ones(size, dtype=bool)
+        while np.any(is_open):
             matrix, left, scale = self._linear(period, speed, pace, q, lack)
             step, before = np.linalg.solve(matrix, -left[..., None])[..., 0], length
             pace = pace + step[:, :count] * speed[:, None]
@@ -168,7 +168,7 @@ class DrivenMotions:
             turns = np.all(pace * speed[:, None] > 0.0, axis=1)
             # Steps that shrink no more are rounding, or lead nowhere.
             length = np.max(np.abs(step), axis=1)
-            is_left = bool(np.all(turns) and np.any((length > ROUNDED) & (length < 0.5 * before)))
+            is_open &= np.all(turns) & (length > ROUNDED) & (length < 0.5 * before)
         rough = np.maximum(tail(pace, 1), np.max(tail(q, 1) * np.max(np.abs(q), axis=1), axis=1))
         wrong = ~(turns & (rough <= _MOST_LEFT))
         if not np.any(wrong):

@@ -227,7 +227,8 @@ class Stability(NamedTuple):
     @property
     def determinant(self) -> Array:
         """`(S,)` of the monodromy matrix."""
-        return np.asarray(np.linalg.det(self.monodromy))
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.linalg.det(self.monodromy))
 
     @property
     def excess(self) -> Array:

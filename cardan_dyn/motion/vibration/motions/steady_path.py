@@ -98,6 +98,8 @@ def steady_path(search: MotionSearch, first: float, last: float) -> SteadyPath:
 
 def _followed(start: Point, first: float, last: float) -> list[Motions]:
     """Return the motions of a branch until it turns back, ends, or reaches a speed."""
+    if start.speed == last:
+        return [start.motions]
     branch = Branch(start, last, first=first, is_steady=True)
     end = last
     if branch.folds:
