@@ -68,17 +68,17 @@ class StabilityOverSpeed:
         """Keep what was found at speeds that were not known."""
         every = np.concatenate([self._speeds, speeds])
         order = np.argsort(every, kind="stable")
-        *both, changes = zip(self._known, new, strict=True)
+        both = zip(self._known[1:], new[1:], strict=True)
         self._speeds = every[order]
-        self._known = Stability(*(np.concatenate(parts)[order] for parts in both), max(changes))
+        change = max(self._known.change, new.change)
+        self._known = Stability(change, *(np.concatenate(parts)[order] for parts in both))
 
     def _told(self, speeds: Array, rows: Array, found: Stability) -> Array:
         """Tell what is known at some speeds, or between; and return whether it is `(K,)`."""
         at = np.searchsorted(self._speeds, speeds[rows])
         after = np.minimum(at, len(self._speeds) - 1)
         told = self._speeds[after] == speeds[rows]
-        *every, _ = zip(found, self._known, strict=True)
-        for own, of in every:
+        for own, of in zip(found[1:], self._known[1:], strict=True):
             own[rows[told]] = of[after[told]]
         is_there, change = self._known.kind != NONE, self._known.change
         # Beside a speed without a motion nothing is sure.

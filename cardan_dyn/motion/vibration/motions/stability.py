@@ -186,6 +186,7 @@ class Stability(NamedTuple):
     """What becomes of small disturbances at S speeds; NaN where there is no motion.
 
     Attributes:
+        change: greatest change of a monodromy matrix when its elements were halved last.
         multipliers: complex `(S, 2n)` over one period, the greatest first.
         liouville: `(S,)` the determinant by the integral of the damping.
         kind: `(S,)` names.
@@ -193,9 +194,9 @@ class Stability(NamedTuple):
         decays: `(S,)` whether disturbances decay by more than what varies over a period can add.
         monodromy: `(S, 2n, 2n)` what a period makes of disturbances.
         average: `(S, 3, n, n)` mass, damping and stiffness, averaged over a period.
-        change: greatest change of a monodromy matrix when its elements were halved last.
     """
 
+    change: float
     multipliers: Array
     liouville: Array
     kind: Array
@@ -203,12 +204,12 @@ class Stability(NamedTuple):
     decays: Array
     monodromy: Array
     average: Array
-    change: float
 
     @classmethod
     def unknown(cls, size: int, free: int) -> Stability:
         """Return that of speeds at which nothing is known."""
         return cls(
+            change=0.0,
             multipliers=np.full((size, 2 * free), np.nan + 0j),
             liouville=np.full(size, np.nan),
             kind=np.full(size, NONE, dtype="<U12"),
@@ -216,7 +217,6 @@ class Stability(NamedTuple):
             decays=np.zeros(size, dtype=bool),
             monodromy=np.full((size, 2 * free, 2 * free), np.nan),
             average=np.full((size, 3, free, free), np.nan),
-            change=0.0,
         )
 
     @property
