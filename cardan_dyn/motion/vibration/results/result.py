@@ -69,7 +69,7 @@ class VibrationResult(Record, Result):
                 value = {key: item for key, item in own if key not in ("drive", "free")}
             if isinstance(value, Mapping):
                 stored |= {f"{name}.{key}": np.asarray(item) for key, item in value.items()}
-            else:
+            elif np.asarray(value).dtype != object:
                 stored[name] = np.asarray(value)
         return stored
 
