@@ -7,11 +7,12 @@ scene over time.
 
 from .motion.vibration.motions.regions import Region
 from .motion.vibration.results.campbell import Campbell, campbell
-from .motion.vibration.results.critical_speeds import CriticalSpeed, CriticalSpeeds, critical_speeds
+from .motion.vibration.results.critical_speeds import CriticalSpeeds, critical_speeds
 from .motion.vibration.results.floquet import Floquet, floquet
 from .motion.vibration.results.forced_response import ForcedResponse, forced_response
 from .motion.vibration.results.linearisation import Linearisation, linearise
 from .motion.vibration.results.periodic_motion import PeriodicMotion, periodic_motion
+from .motion.vibration.results.resonance import CriticalSpeed
 from .motion.vibration.results.run_up import RunUp, run_up
 from .motion.vibration.results.torque_curve import TorqueBarrier
 

@@ -13,14 +13,13 @@ from ...core.mechanics.exact import load
 from ...kit.errors import ArgumentError, choices
 from ...motion.vibration.results.campbell import campbell
 from ...motion.vibration.results.critical_speeds import (
-    CriticalSpeed,
     CriticalSpeeds,
     critical_speeds,
 )
 from ...motion.vibration.results.floquet import floquet
 from ...motion.vibration.results.forced_response import forced_response
 from ...motion.vibration.results.periodic_motion import search_of
-from ...motion.vibration.results.resonance import numbered_campbell
+from ...motion.vibration.results.resonance import CriticalSpeed, numbered_campbell
 from ...scene.presets import Preset, preset_of
 from ...scene.scene import Scene
 from .quantities import of_scene, per_minute, positions
