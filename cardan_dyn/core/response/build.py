@@ -10,7 +10,7 @@ from collections.abc import Generator, Iterator, Mapping
 
 import numpy as np
 
-from ...kit.arrays import EPS, Array
+from ...kit.arrays import EPS, LARGE_BLOCK, NOTHING, ROUNDED, Array
 from ...kit.checks import described, number
 from ...kit.errors import (
     AccuracyError,
@@ -22,13 +22,14 @@ from ...kit.errors import (
 from ...kit.frozen import frozen
 from ...kit.time_left import Task
 from ..dynamics.problem_solver import ProblemSolver
+from ..kinematics.tolerances import MOVES
 from ..problem.problem import Problem
 from ..problem.samples import Targets, targets_of
 from .data import Proof, ResponseData
 from .domain import Domain
 from .response import Response
 from .sampling import FunctionSampler, Sampled
-from .scales import Scales
+from .scales import FEW_ROUNDINGS, Scales
 from .series import Series
 
 _FIRST_COUNT = 128
@@ -36,35 +37,8 @@ _FIRST_COUNT = 128
 _GREATEST_COUNT = 2**15
 """Positions to end with. A range that stops 1e-4 of its length short of its dead points takes 2049
 for 1e-12, a Cardan joint at 89° 8192 for 1e-13."""
-_CHECK_COUNT = 32
-"""Positions anywhere between the samples at which functions are compared with direct solutions."""
-_LEAST_TOLERANCE = 1e-15
-"""Smaller tolerances lie below the rounding of a single number, 2.2e-16, times a few operations."""
-_SAMPLE_ROUNDING = 1e-12
-"""Rounding of samples, and so of what they deviate by, per condition number. Measured: 2e-15 in a
-Cardan joint, 2e-14 in a double shaft, 4e-14 in a line of three joints."""
-_VANISHING = 2e-15
-"""Functions, or their changes, below this part of their scale are rounding, and are left out. It is
-the least that samples were measured to deviate by, see `_SAMPLE_ROUNDING`."""
-_PLATEAU = 1e-8
-"""Greater errors are never taken for rounding, however slowly they fall: they come from functions
-that need more samples."""
-_GAIN = 0.5
-"""A doubling of the samples that leaves more than this part of an error has not lowered it.
-
-Coefficients that fall off geometrically have their ratio squared by a doubling, whereas rounding
-stays what it is."""
-_SHORTEST_INTERVAL = 1e3
-"""Half the length of an interval has to exceed the rounding of its middle by this factor: closer
-positions could not be told apart to three digits."""
 _COUNTED = r" \(sample \d+( of \d+)?\)|; \d+ other samples? (is|are) out of reach too"
 """What messages say of the number of a sample."""
-_MOST_SAMPLES = 65_536
-"""Samples that are followed at a time, so that memory does not grow with the designs."""
-_BEFORE_THE_END = 1e-9
-"""Part of a period by which designs are followed less than it, to see whether they come back."""
-_COMES_BACK = 1e-6
-"""Sine of half an angle by which a joint may miss where it started, besides what it has to go."""
 
 _Building = Generator[Array, Sampled, ResponseData]
 """A response that is built: it asks for its functions at positions until they reach rounding."""
@@ -75,8 +49,8 @@ def build(
 ) -> Response:
     """Return the response of a scene, or of its designs; see `Scene.response` and `responses`."""
     checked = number("tolerance", tolerance)
-    if not _LEAST_TOLERANCE <= checked < 1.0:
-        raise ArgumentError(f"tolerance is {checked:g}, expected {_LEAST_TOLERANCE:g} … 1")
+    if not EPS <= checked < 1.0:  # Less is below the rounding of a single number.
+        raise ArgumentError(f"tolerance is {checked:g}, expected {EPS:.2g} … 1")
     problem = solver.problem
     _refuse_unsuitable(problem)
     domain = _domain(solver, interval)
@@ -129,10 +103,13 @@ def _built(
 
 
 def _portions(requests: Mapping[int, Array]) -> Iterator[list[int]]:
-    """Yield the designs that ask for functions, as many at a time as are followed together."""
+    """Yield the designs that ask for functions, as many at a time as are followed together.
+
+    Memory then does not grow with the designs.
+    """
     portion, count = list[int](), 0
     for index, positions in requests.items():
-        if portion and count + len(positions) > _MOST_SAMPLES:
+        if portion and count + len(positions) > 8 * LARGE_BLOCK:
             yield portion
             portion, count = [], 0
         portion.append(index)
@@ -174,8 +151,8 @@ def _response_in(
     scale, empty = scales.of(samples.values), scales.empty(samples.values)
     size = np.max(np.abs(samples.values), axis=1) / scale
     change = np.ptp(samples.values, axis=1) / scale
-    zero = empty | (size <= _VANISHING)
-    constant = (change <= _VANISHING) & ~zero
+    zero = empty | (size <= FEW_ROUNDINGS)
+    constant = (change <= FEW_ROUNDINGS) & ~zero
     left_out = max(
         float(np.max(size, where=zero & ~empty, initial=0.0)),
         float(np.max(change, where=constant, initial=0.0)),
@@ -230,12 +207,12 @@ def _refined(
         series = Series(samples.values, domain)
         scale, empty = scales.of(samples.values), scales.empty(samples.values)
         inertial = scales.rounding(cancellation, samples.condition)
-        rounding = _SAMPLE_ROUNDING * samples.condition + inertial
+        rounding = ROUNDED * samples.condition + inertial
         remainder = np.where(empty, 0.0, series.remainder(rounding * scale) / scale)
         error = float(np.max(remainder, initial=0.0))
-        # The last doubling no longer lowered it, and it is small: more of them would not, either.
-        # Coefficients do not fall below the rounding of the samples they are computed from.
-        is_hopeless = _GAIN * before < error < _PLATEAU
+        # A doubling squares the ratio of coefficients that fall off geometrically. What it does not
+        # even halve is rounding, if it is small: half of the digits are no function's.
+        is_hopeless = 0.5 * before < error < EPS**0.5
         before = error
         if error <= tolerance or (is_hopeless and np.all(remainder <= rounding)):
             deviation = np.abs(series.summed(between) - values) / scale[:, None]
@@ -245,7 +222,7 @@ def _refined(
             if np.all(deviation <= np.maximum(tolerance, rounding)):
                 return samples, error
             # More samples do not lower a deviation that has another cause than too few of them.
-            is_hopeless |= deviated > _GAIN * deviated_before
+            is_hopeless |= deviated > 0.5 * deviated_before
             deviated_before = deviated
         count = domain.steps(samples.values.shape[1])
         if is_hopeless or count >= _GREATEST_COUNT:
@@ -317,7 +294,8 @@ def _refuse_what_does_not_come_back(
     if not (domain.periodic and designs.held):
         return
     assembly = solver.assembly
-    ends = designs.positions + (1.0 - _BEFORE_THE_END) * domain.length
+    # Nearly at the end of the period: at the end itself, it would count as the start.
+    ends = designs.positions + (1.0 - NOTHING) * domain.length
     try:
         first, last = (
             assembly.close(assembly.guesses(designs.at(positions)), positions)
@@ -330,8 +308,8 @@ def _refuse_what_does_not_come_back(
     missed = np.max(np.abs(np.sin(0.5 * moved)), axis=1, initial=0.0)
     ones = np.ones_like(designs.positions)
     ratios = solver.inverse_dynamics.joint_rates(first, ones, 0.0 * ones).v
-    still_to_go = _BEFORE_THE_END * domain.length * np.max(np.abs(ratios), axis=1)
-    is_off = missed > _COMES_BACK + still_to_go
+    still_to_go = NOTHING * domain.length * np.max(np.abs(ratios), axis=1)
+    is_off = missed > MOVES + still_to_go
     if np.any(is_off):
         name = _name(designs.shape, int(np.argmax(is_off)))
         raise CardanError(
@@ -388,7 +366,8 @@ def _domain(solver: ProblemSolver, interval: object) -> Domain:
     if interval is not None:
         low, high = _pair(interval)
         origin, length = 0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low
-        if not length > _SHORTEST_INTERVAL * EPS * abs(origin):
+        # Of nearer ends, positions between them could not be told apart.
+        if not length > ROUNDED * abs(origin):
             raise ArgumentError(f"the interval from {low:.9g} to {high:.9g} is empty")
         return Domain(origin, length, False)
     try:
@@ -425,7 +404,7 @@ def _check_positions(domain: Domain) -> Array:
     all orders add up, so that further positions lie in the middle between the last two samples of
     every round.
     """
-    share = (np.arange(1.0, _CHECK_COUNT + 1.0) * (0.5 * np.sqrt(5.0) - 0.5)) % 1.0
+    share = (np.arange(1.0, _FIRST_COUNT // 4 + 1.0) * (0.5 * np.sqrt(5.0) - 0.5)) % 1.0
     if not domain.periodic:
         round_count = (_GREATEST_COUNT // _FIRST_COUNT).bit_length()
         ends = 0.5 / (_FIRST_COUNT * 2.0 ** np.arange(round_count))

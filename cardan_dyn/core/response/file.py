@@ -28,8 +28,6 @@ from .series import Series
 _FORMAT = 3
 """Version of the files."""
 _MARKS = ("zero", "constant", "unique")
-_LEAST_SAMPLES = 8
-"""Fewer samples are refused: no response has them, and decay is measured by eighths."""
 
 
 def write(path: str | os.PathLike[str], problem: Problem, data: ResponseData) -> None:
@@ -100,7 +98,7 @@ def _data(layout: Layout, told: Mapping[str, Any], arrays: Mapping[str, Array]) 
         and values.dtype == float
         and len(values) == rows
         and values.shape[1] % 2 == (not series.domain.periodic)
-        and values.shape[1] >= _LEAST_SAMPLES
+        and values.shape[1] >= 8  # Decay is measured by eighths.
         and np.all(np.isfinite(values))
         and 0.0 < series.domain.length < np.inf
     ):

@@ -24,9 +24,6 @@ from .data import ResponseData
 from .domain import Domain
 from .series import Location
 
-_GREATEST_WRENCH = 1e300
-"""Greater wrenches are refused, since a sum of a few of them could overflow."""
-
 
 @dataclass(frozen=True, eq=False)
 class OfDesign:
@@ -277,8 +274,10 @@ def column_factors(
             f"for {choices(column.label for column in columns)}; give the scene such loads or a "
             "gravity"
         )
+    # Of all columns together, no sum may overflow.
+    most = np.finfo(float).max / (len(columns) or 1) / greatest
     for column, factor in found:
-        if column in columns and not float(np.abs(factor).max()) * greatest < _GREATEST_WRENCH:
+        if column in columns and not float(np.abs(factor).max()) < most:
             raise ArgumentError(f"{column.label} is so great that wrenches overflow")
     return sorted((of for of in found if of[0] in columns), key=lambda of: columns.index(of[0]))
 

@@ -14,8 +14,6 @@ from ..results.plot import MotionPlot
 if TYPE_CHECKING:
     from ...figures.style import Figure
 
-_COUNT = 361
-"""Positions at which a response is evaluated: every degree of a turn."""
 _ASKED = ("position", "speed", "acceleration", "loads", "gravity")
 """Arguments of `Response.sweep`, which figures take as well."""
 _MOST_DESIGNS = 8
@@ -94,7 +92,7 @@ class ResponsePlot:
         """Return a figure of the sweep; options are those of both."""
         asked = {name: value for name, value in options.items() if name in _ASKED}
         rest = {name: value for name, value in options.items() if name not in _ASKED}
-        asked.setdefault("position", np.linspace(*self._ends, _COUNT))
+        asked.setdefault("position", np.linspace(*self._ends, 361))
         drawn: Figure = getattr(MotionPlot(self._response.sweep(**asked)), figure)(*given, **rest)
         return drawn
 

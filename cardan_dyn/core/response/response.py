@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...kit.arrays import Array
+from ...kit.arrays import EPS, ROUNDED, Array
 from ...kit.checks import numbers, whole
 from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import Frozen, FrozenDict, frozen, read_only
@@ -43,11 +43,6 @@ if TYPE_CHECKING:
 
 _GREATEST_COUNT = 2**30
 """Operating points of one sweep; a component of a wrench takes 8 bytes for each."""
-_LENGTH_SLACK = 1e-12
-"""How far beyond a range, as a part of half its length, positions are taken for its ends: the ends
-are sums of the middle and half of the range, and users compute theirs with rounding as well."""
-_ORIGIN_SLACK = 1e-15
-"""The same as a part of the middle of the range: the rounding of that sum, some eps."""
 
 
 class Response(Frozen):
@@ -373,7 +368,8 @@ class Response(Frozen):
         """Refuse positions beyond the ends of a range by more than rounding."""
         low, high = self.interval
         domain = self._data[0].series.domain
-        slack = _LENGTH_SLACK * domain.length + _ORIGIN_SLACK * abs(domain.origin)
+        # Ends are sums of the middle and half of the range, and users compute theirs with rounding.
+        slack = ROUNDED * domain.length + 4.0 * EPS * abs(domain.origin)
         if (positions < low - slack).any() or (positions > high + slack).any():
             raise ArgumentError(f"the response holds for positions from {low:.9g} to {high:.9g}")
 

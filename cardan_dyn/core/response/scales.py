@@ -9,9 +9,10 @@ from ..mechanism.mechanism import Mechanism
 from ..proof.residuals import Residuals
 from .columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Layout
 
-_INERTIAL_ROUNDING = 10.0
-"""Rounding of inertial terms in units of eps, per condition number and cancellation. Measured: up
-to 3, at bend angles from 1° to 85° and in a line of three joints."""
+FEW_ROUNDINGS = 10.0 * EPS
+"""Rounding of samples, of functions or changes that vanish by their scale, and of inertial terms by
+condition number and cancellation. Measured: up to 3 eps of inertial terms, at bend angles from 1°
+to 85° and in a line of three joints; 9 eps of samples in a Cardan joint."""
 _LEAST_SCALE = 0.1
 """Least scale of a function, as a part of the greatest wrench of its column. Joints that carry
 next to nothing would otherwise need digits that the samples do not have."""
@@ -66,7 +67,7 @@ class Scales:
         Only the column `speed²` has any: it is a small difference of inertial terms where these
         nearly cancel, and keeps their rounding.
         """
-        size = _INERTIAL_ROUNDING * EPS * condition * cancellation
+        size = FEW_ROUNDINGS * condition * cancellation
         is_inertial = [column == SPEED_SQUARED for column in self._layout.columns]
         return np.repeat(size * np.array(is_inertial, dtype=float), self._layout.size)
 

@@ -14,34 +14,15 @@ from itertools import accumulate
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import EPS, LARGE_BLOCK, Array, blocks
 from ...kit.frozen import read_only
 from .domain import Domain
 
 _DEGREE = 7
 """Degree of the interpolation in a table."""
-_DENOMINATORS = [
-    float(math.prod(node - other for other in range(_DEGREE + 1) if other != node))
-    for node in range(_DEGREE + 1)
-]
-"""Products of the distances of each node of the interpolation from all others."""
 _FINENESS = 32
 """Table steps per sample: the interpolation misses the highest order by (π/32)⁸ · 43 / 8! = 1e-11
 of its coefficient, which is itself near rounding, and lower ones by less than rounding."""
-_CHUNK = 8192
-"""Positions looked up at a time, so that their weights stay in the cache."""
-_LONGEST_TRANSFORM = 16384
-"""Longer Fourier transforms leave the cache."""
-_ODD_ROUNDING = 4e-15
-"""Sum of the odd orders, relative to the greatest one, up to which they are rounding: eps times
-18, where a transform of M samples makes some eps log₂ M."""
-_NO_DECAY = 0.25
-"""Coefficients no longer fall off where the greatest one of an eighth of the orders exceeds this
-part of those in the eighths before. Noise is like this, since its coefficients are all of one size;
-those of a function that falls to rounding decrease by a factor of ten and more."""
-_ERROR_PER_COEFFICIENT = 4.0
-"""Error per missing coefficient: an order stands for two waves, the positive and the negative one.
-Each of them is missing from the sum, and the samples wrongly add it to a lower order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,10 +88,13 @@ class Series:
         # From one order to the next, of which a quarter has `highest / 4`. If coefficients hardly
         # fall off, as many are taken to be missing as there are.
         factor = np.minimum(decay ** (4.0 / highest), 1.0 - 1.0 / highest)
-        is_flat = eighths[:, 7] >= _NO_DECAY * np.maximum(eighths[:, 5], eighths[:, 6])
+        # Noise is of one size; what falls to rounding decreases by a factor of ten and more.
+        is_flat = 4.0 * eighths[:, 7] >= np.maximum(eighths[:, 5], eighths[:, 6])
         is_noise = is_flat & (last * np.sqrt(self.values.shape[1]) <= rounding)
         missing = last * decay * factor / (1.0 - factor)
-        return np.where(is_noise, 0.0, _ERROR_PER_COEFFICIENT * missing)
+        # An order is two waves, the positive and the negative one. Each of them is missing from the
+        # sum, and the samples wrongly add it to a lower order.
+        return np.where(is_noise, 0.0, 4.0 * missing)
 
     def summed(self, positions: Array) -> Array:
         """Return all functions at a few positions `(N,)` by summing the series, `(C, N)`."""
@@ -143,8 +127,7 @@ class Series:
         count = location.left.size
         result = np.empty((len(rows), count))
         tables = [self._table(int(row)) for row in rows]
-        for start in range(0, count, _CHUNK):
-            chunk = slice(start, min(start + _CHUNK, count))
+        for chunk in blocks(count, LARGE_BLOCK):  # Whose weights stay in the cache.
             left = location.left[chunk]
             weights = [weight[chunk] for weight in location.weights]
             term = np.empty(len(left))
@@ -193,8 +176,10 @@ def _repeats_in_half(spectrum: Array) -> bool:
 
     Most wrenches of a Cardan joint are: it turns over after half a turn.
     """
-    odd = np.sum(np.abs(spectrum[:, 1::2]), axis=1)
-    return bool(np.all(odd <= _ODD_ROUNDING * np.max(np.abs(spectrum))))
+    sizes = np.abs(spectrum)
+    # A transform makes some eps for each of its halvings.
+    rounding = 2.0 * EPS * math.log2(2 * spectrum.shape[1]) * np.max(sizes)
+    return bool(np.all(np.sum(sizes[:, 1::2], axis=1) <= rounding))
 
 
 def _twice_half_a_period(samples: Array, count: int) -> Array:
@@ -233,7 +218,7 @@ def _interleaved(spectrum: Array, size: int, count: int) -> Array:
         count: of positions.
     """
     grids = 1
-    while count % (2 * grids) == 0 and count // (2 * grids) >= max(size, _LONGEST_TRANSFORM):
+    while count % (2 * grids) == 0 and count // (2 * grids) >= max(size, 2 * LARGE_BLOCK):
         grids *= 2
     result = np.empty((len(spectrum), count))
     orders = np.arange(spectrum.shape[1])
@@ -252,7 +237,12 @@ def _lagrange_weights(t: Array) -> list[Array]:
     # Products of the distances from all nodes before, and after, each node.
     before = [*accumulate(distances[:-1], np.multiply, initial=np.ones_like(t))]
     after = [*accumulate(distances[:0:-1], np.multiply, initial=np.ones_like(t))][::-1]
+    # Products of the distances of each node from all others.
+    denominators = [
+        math.factorial(node) * math.factorial(_DEGREE - node) * (-1) ** (_DEGREE - node)
+        for node in range(_DEGREE + 1)
+    ]
     return [
         first * second / denominator
-        for first, second, denominator in zip(before, after, _DENOMINATORS, strict=True)
+        for first, second, denominator in zip(before, after, denominators, strict=True)
     ]

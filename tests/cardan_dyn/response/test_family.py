@@ -256,7 +256,7 @@ def test_designs_are_closed_in_few_calls(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_requests_are_divided_by_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(build_module, "_MOST_SAMPLES", 10)
+    monkeypatch.setattr(build_module, "LARGE_BLOCK", 1.25)
     sizes = {0: 4, 1: 12, 2: 6, 4: 4, 5: 1}
     requests = {index: np.zeros(size) for index, size in sizes.items()}
     assert list(build_module._portions(requests)) == [[0], [1], [2, 4], [5]]

@@ -165,7 +165,7 @@ def test_functions_on_a_range_hold_at_any_position(positions: list[float], at: f
 
 def test_positions_keep_their_shape_however_many_they_are() -> None:
     series = on_domain(TURN, 64, np.sin, np.cos)
-    many = np.linspace(-9.0, 9.0, 2 * series_module._CHUNK + 3)
+    many = np.linspace(-9.0, 9.0, 2 * series_module.LARGE_BLOCK + 3)
     values = series.at(np.array([1, 0]), series.locate(many))
     np.testing.assert_allclose(values, [np.cos(many - 0.3), np.sin(many - 0.3)], atol=1e-14)
     for shape in ((), (0,), (2, 3, 1)):
@@ -197,7 +197,7 @@ def test_grids_that_are_made_in_several_transforms(
     values = np.random.default_rng(6).normal(size=(2, size))
     series = Series(values, TURN)
     at_once = series.uniform(np.arange(2), count)
-    monkeypatch.setattr(series_module, "_LONGEST_TRANSFORM", 32)
+    monkeypatch.setattr(series_module, "LARGE_BLOCK", 16)
     np.testing.assert_allclose(series.uniform(np.arange(2), count), at_once, atol=1e-13)
     # Of an even number of samples the highest order is a cosine.
     nodes = TURN.origin + 2.0 * np.pi * np.arange(count) / count

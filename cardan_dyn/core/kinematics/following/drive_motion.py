@@ -76,24 +76,30 @@ class DriveMotion:
         self.branch = Branch.shared(kinematics, start, problem.mechanism.kept)
         self._start = self.branch.start
 
-    def followed(
-        self, prescribed: Array, along_path: bool = False, strict: bool = True
-    ) -> tuple[Array, ...]:
-        """Follow the branch to positions `(N, d)` of the scene's drives.
+    def write(
+        self,
+        prescribed: Array,
+        x: Array,
+        turns: Array,
+        along_path: bool = False,
+        strict: bool = True,
+    ) -> Array:
+        """Follow the branch to positions of the scene's drives, and write what it moves.
 
         Args:
-            prescribed: of N samples [rad or m].
+            prescribed: `(N, d)` positions of the scene's drives [rad or m].
+            x: `(N, size)` coordinates near closed ones; changed.
+            turns: `(N, size)` whole turns that they lack; changed.
             along_path: for a single drive, all ways to a position are along the same branch.
             strict: whether all have to be within reach.
 
         Returns:
-            Whole periods to take off the positions `(N,)`, and which samples are within reach
-            `(N,)`; the values of others mean nothing.
+            `(N,)` which samples are within reach; the coordinates of others mean nothing.
 
         Raises:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
-        positions = prescribed[:, self._index]
+        branch, positions = self.branch, prescribed[:, self._index]
         low, high = float(positions.min()), float(positions.max())
         period = self._period(positions, low, high)
         periods, is_there = np.zeros(len(positions)), np.ones(len(positions), dtype=bool)
@@ -101,35 +107,25 @@ class DriveMotion:
             periods = np.floor((positions - self._start) / period + 0.5)
         elif strict:
             try:
-                self.branch.cover(low, high)
+                branch.cover(low, high)
             except (AssemblyError, SingularConfigurationError) as error:
                 raise self._beyond(positions, error) from error
         else:
-            low, high = self.branch.reached(low, high)
+            low, high = branch.reached(low, high)
             is_there = (low <= positions) & (positions <= high)
-        return periods, is_there
-
-    def write(self, followed: tuple[Array, ...], prescribed: Array, x: Array, turns: Array) -> None:
-        """Write coordinates near closed ones, and their whole turns, into those of all joints.
-
-        Args:
-            followed: to these positions.
-            prescribed: see `followed`.
-            x: `(N, size)` coordinates; changed.
-            turns: `(N, size)` whole turns that they lack; changed.
-        """
-        branch, columns, (every, reached) = self.branch, self.branch.columns, followed
-        position = np.where(reached, prescribed[:, self._index], self._start)
+            positions = np.where(is_there, positions, self._start)
+        columns = branch.columns
 
         def write(block: slice) -> None:
-            where, periods = position[block], every[block]
+            where, every = positions[block], periods[block]
             # Zeros that are never written take no memory.
-            if np.count_nonzero(periods):
-                where = turned_back(where, periods, branch.period or 0.0)
-                turns[block, columns] = periods[:, None] * branch.windings[columns]
+            if np.count_nonzero(every):
+                where = turned_back(where, every, branch.period or 0.0)
+                turns[block, columns] = every[:, None] * branch.windings[columns]
             x[block, columns] = branch.values(where, columns)
 
-        in_threads(write, blocks(len(position), LARGE_BLOCK))
+        in_threads(write, blocks(len(positions), LARGE_BLOCK))
+        return is_there
 
     def _period(self, positions: Array, low: float, high: float) -> float | None:
         """Return the period by which drive positions are turned back; None if by none.

@@ -173,13 +173,10 @@ class Guesses:
         if self._motionless:
             x[:, self._columns] = prescribed
             return Guess(x, turns)
-        # All of them are followed before any is written.
-        every = [part.followed(prescribed, along_path, strict) for part in self._parts]
+        given = prescribed, x, turns, along_path, strict
+        within = [part.write(*given) for part in self._parts]
         if not strict:
-            is_there = np.logical_and.reduce([within for *_, within in every])
-        for part in self._parts:
-            # What was followed is let go as soon as it is written.
-            part.write(every.pop(0), prescribed, x, turns)
+            is_there = np.logical_and.reduce(within)
         x[:, self._columns] = prescribed
         if np.count_nonzero(turns[:, self._columns]):
             turns[:, self._columns] = 0.0

@@ -67,41 +67,40 @@ class JointMotion:
         held = [[k] for k in self._held] if in_turn else [self._held]
         self._legs = [leg for leg in (*held, self._driven) if leg]
 
-    def followed(
-        self, prescribed: Array, along_path: bool = False, strict: bool = True
-    ) -> tuple[Array, ...]:
-        """Follow the motion to positions `(N, d)` of the scene's drives.
+    def write(
+        self,
+        prescribed: Array,
+        x: Array,
+        turns: Array,
+        along_path: bool = False,
+        strict: bool = True,
+    ) -> Array:
+        """Follow the motion to positions of the scene's drives, see `DriveMotion.write`.
 
-        Args:
-            prescribed: of N samples [rad or m].
-            along_path: whether every sample is followed from the one before it.
-            strict: whether all have to be within reach; along a path they have to be.
-
-        Returns:
-            Coordinates `(N, size)`, of which those that these drives move count; the whole turns
-            that they lack `(N, size)`; and which samples are within reach `(N,)`.
-
-        Raises:
-            AssemblyError: a position is out of reach.
+        Along a path, every sample is followed from the one before it, and has to be within reach.
         """
-        asked = prescribed[:, self._drives]
-        turns = np.zeros((len(asked), self._start.size))
+        asked, columns = prescribed[:, self._drives], self._columns
+        own, own_turns = asked.copy(), np.zeros(x.shape)
         try:
             if along_path:
-                x = follow(self._kinematics, self._start, self._drive_columns, asked)
-                return x, turns, np.ones(len(x), dtype=bool)
-            own = asked.copy()
-            self._take_turns_off(own, turns)
-            x, is_there = self._reached(own)
-            if not is_there.all():
-                self._follow_whole_ways(asked, own, turns, x, is_there)
-                if strict and not np.all(is_there):
-                    raise self._beyond(asked, own, x, is_there)
+                found = follow(self._kinematics, self._start, self._drive_columns, asked)
+                is_there = np.ones(len(found), dtype=bool)
+            else:
+                self._take_turns_off(own, own_turns)
+                found, is_there = self._reached(own)
+                if not is_there.all():
+                    self._follow_whole_ways(asked, own, own_turns, found, is_there)
+                    if strict and not np.all(is_there):
+                        raise self._beyond(asked, own, found, is_there)
         except AssemblyError as error:
             from ..diagnosis.reach import all_out_of_reach  # Imported here: only errors need it.
 
             raise all_out_of_reach(self._names, self._driven, asked, error) from None
-        return x, turns, is_there
+        x[:, columns] = found[:, columns]
+        # Zeros that are never written take no memory.
+        if np.count_nonzero(own_turns):
+            turns[:, columns] = own_turns[:, columns]
+        return is_there
 
     def _take_turns_off(self, own: Array, turns: Array) -> None:
         """Take whole turns off positions `(N, d)`, and add them to `turns (N, size)`.
@@ -217,11 +216,3 @@ class JointMotion:
         if more:
             error.hint += f"; {more} other sample{'s are' if more > 1 else ' is'} out of reach too"
         return error
-
-    def write(self, followed: tuple[Array, ...], prescribed: Array, x: Array, turns: Array) -> None:
-        """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
-        (own_x, own_turns, _), columns = followed, self._columns
-        x[:, columns] = own_x[:, columns]
-        # Zeros that are never written take no memory.
-        if np.count_nonzero(own_turns):
-            turns[:, columns] = own_turns[:, columns]
