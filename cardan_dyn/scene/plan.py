@@ -110,11 +110,7 @@ def _task(mechanism: Mechanism, group: Group, on_loops: set[int]) -> str:
         )
         where = "on no loop" if on_loops.isdisjoint(group.inertial_bodies) else "by themselves"
         return f"bodies {where}: {', '.join(carried)}"
-    task = f"close {', '.join(closed)}"
-    if group.crossed:
-        across = (mechanism.loops[index].joint for index in group.crossed_loops)
-        task += f" across {', '.join(across)}"
-    task += f": decides {', '.join(decided) or 'nothing'}"
+    task = f"close {', '.join(closed)}: decides {', '.join(decided) or 'nothing'}"
     if group.idle:
         task += f"; {len(group.idle)} idle rod(s), which do not turn about their lines"
     return task

@@ -1,7 +1,7 @@
 """Kinematics: loops closed for many samples at once, followed from where the scene starts.
 
 Four rooms, each importing from those before: `loops` (what depends on what: graph, smallest groups,
-short `routes` around loops, idle rods, what outputs need), `closing` (Newton's method for one group
+idle rods, what outputs need), `closing` (Newton's method for one group
 and for all; its `equations` are programs of `mechanics`, traced once for all groups of the same
 loops, and only factors, ranks and conditions are dense linear algebra there; `far` searches where
 Newton's method leads nowhere), `diagnosis` (what errors say, loaded when one is raised: why drives

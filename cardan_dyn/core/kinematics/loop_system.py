@@ -13,7 +13,6 @@ from .closing.all_groups import Kinematics
 from .closing.group_solver import GroupState, solver_of
 from .closing.stacked import ranks
 from .loops.groups import Group, partition
-from .loops.needs import reached
 from .loops.structure import Structure
 from .tolerances import AROUND, CLOSURE_TOLERANCE, CONFIGURATIONS, REGULAR_CONDITION
 
@@ -61,11 +60,8 @@ class LoopSystem:
             x[coordinates.named[name].column] = value
         ranks = None
         if len(self.structure.paths) > 1:  # A single loop is solved as a whole.
-            moving, routes = {*driven.tolist(), *passives.tolist()}, self.structure.routes
-            ranks = self.structure.ranks(x, moving, routes)
-        # Where ways contradict each other, ranks along the tree count.
-        at = x.tobytes() if self.structure.routes else b""
-        key = driven.tobytes(), passives.tobytes(), at, *(ranks or ())
+            ranks = self.structure.ranks(x, {*driven.tolist(), *passives.tolist()})
+        key = driven.tobytes(), passives.tobytes(), *(ranks or ())
         return self.mechanism.kept.of(
             "groups",
             key,
@@ -185,14 +181,8 @@ class LoopSystem:
 
 
 def _needed(groups: list[Group], left_out: frozenset[int]) -> list[int]:
-    """Return the indices of groups that decide what is not left out, or close loops for these."""
-    closer = {loop: index for index, group in enumerate(groups) for loop in group.loops}
-    deciding = [
-        index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
-    ]
-    return sorted(
-        reached(deciding, lambda index: (closer[loop] for loop in groups[index].crossed_loops))
-    )
+    """Return the indices of groups that decide what is not left out."""
+    return [index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out]
 
 
 def finer_groups(
@@ -220,8 +210,7 @@ def finer_groups(
     if not divided:
         return groups
     moving = {*passives.tolist(), *drives.tolist()}
-    routes = structure.routes
-    of_open, of_closed = structure.ranks(x, moving, routes), structure.ranks_at(x, moving, routes)
+    of_open, of_closed = structure.ranks(x, moving), structure.ranks_at(x, moving)
     closed = set().union(*(groups[index].items(structure) for index in solved))
     while True:
         trusted = {loop for group in divided for loop in group.loops}
@@ -264,7 +253,7 @@ def _unproven(
     """
     known = {_identity(group) for group in groups}
     is_known = [_identity(group) in known for group in finer]
-    items = [group.items(structure) | set(group.crossed_loops) for group in finer]
+    items = [group.items(structure) for group in finer]
     open_ones = [
         group
         for group, own, is_old in zip(finer, items, is_known, strict=True)

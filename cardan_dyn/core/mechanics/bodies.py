@@ -8,7 +8,7 @@ is planar or parallel there shows exact zeros however the mechanism stands in th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from ...kit.frozen import FrozenDict
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import placed_inertia
 from ..mechanism.welds import Coupling as Stated
-from .vectors import UNTURNED, Rotation, Scalar, Vector, added, less, product, turned
+from .vectors import UNTURNED, Rotation, Scalar, Vector, less
 
 _ROUNDING = 4.0 * EPS
 """Entries of a rotation, or lengths in units of the mechanism's, that are rounding of zero."""
@@ -260,33 +260,20 @@ class Tree(NamedTuple):
             ),
         )
 
-    def hung(
-        self,
-        bodies: Sequence[int],
-        base: int,
-        origin: Vector,
-        place: Callable[[int], tuple[int, pinocchio.SE3 | None]],
-    ) -> Tree:
+    def hung(self, bodies: Sequence[int], base: int, origin: Vector) -> Tree:
         """Return the tree of some bodies as seen from the one that carries them all, at rest.
 
-        Velocity coordinates and columns keep their numbers. Bodies and ends hang from what carries
-        them, which may be across welds.
+        Velocity coordinates and columns keep their numbers.
 
         Args:
             bodies: their indices, each after what carries it.
             base: index of the body that carries all of them, -1 for the world.
             origin: of the result, in the frame of the base.
-            place: index of a body to that of the one that carries it as a rigid body does, and
-                where it is there; None if both are the same.
         """
         own = {base: -1, **{body: index for index, body in enumerate(bodies)}}
 
         def hangs(body: int, rotation: Rotation, shift: Vector) -> tuple[int, Rotation, Vector]:
-            carrier, at = place(body)
-            if at is not None:
-                turn, lever = _placed(at, self.length)
-                rotation, shift = product(turn, rotation), added(lever, turned(turn, shift))
-            index = own[carrier]
+            index = own[body]
             return index, rotation, shift if index >= 0 else less(shift, origin)
 
         def placed(body: Body) -> Body:

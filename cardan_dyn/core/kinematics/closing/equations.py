@@ -42,7 +42,6 @@ from ...mechanism.mechanism import Mechanism
 from ...mechanism.welds import Coupling
 from ...tape import Program, Trace, absolute, greater, sqrt
 from ..loops.groups import Group
-from ..loops.routes import carried, carriers_of
 from ..tolerances import RANK_TOLERANCE
 
 
@@ -115,7 +114,6 @@ class ClosureEquations:
             group.bodies,
             group.base,
             tuple((own / whole.length).tolist()),
-            partial(carried, carriers=carriers_of(mechanism, group.crossed)),
         )
         bodies = self.tree.bodies
         self.slides = np.zeros(mechanism.model.nv, dtype=bool)

@@ -8,7 +8,7 @@ and the strong components of what depends on what give the groups.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +16,6 @@ import pinocchio
 
 from ....kit.arrays import Array
 from .idle_rods import IdleRod, idle_rods
-from .routes import Crossing, Route, merged
 from .structure import Structure
 
 
@@ -28,14 +27,12 @@ class Group(NamedTuple):
         passives: velocity coordinates that they decide.
         known: moving coordinates on them that are driven or decided by earlier groups.
         bodies: the bodies (0-based) on these loops and between them and the base, each after what
-            carries it; ascending where no loop is crossed.
+            carries it.
         base: the nearest body (0-based) from which all of them hang, -1 for the world. Loops
             close relative to it, however it moves.
         inertial_bodies: bodies whose inertia is accounted for in this group.
         idle: idle rods among its bodies, see `idle_rods`. As many passives as there are
             of them are decided by no loop.
-        crossed: loops across which the bodies hang from the base, see `routes`. No inertia is
-            accounted for in a group that crosses some.
     """
 
     loops: tuple[int, ...]
@@ -46,7 +43,6 @@ class Group(NamedTuple):
     base: int
     inertial_bodies: set[int]
     idle: tuple[IdleRod, ...] = ()
-    crossed: tuple[Crossing, ...] = ()
 
     @property
     def closure(self) -> Hashable:
@@ -54,7 +50,7 @@ class Group(NamedTuple):
         return (
             self.loops,
             self.couplings,
-            *(tuple(self.bodies), self.base, self.crossed),
+            *(tuple(self.bodies), self.base),
             *((rod.body, rod.columns, rod.line.tobytes(), rod.frame) for rod in self.idle),
         )
 
@@ -63,11 +59,6 @@ class Group(NamedTuple):
         """All that it consists of, as the key of a dictionary."""
         moving = self.passives.tobytes(), self.known.tobytes()
         return self.closure, *moving, frozenset(self.inertial_bodies)
-
-    @property
-    def crossed_loops(self) -> list[int]:
-        """Indices of the loops that are crossed."""
-        return [crossing.loop for crossing in self.crossed]
 
     def items(self, structure: Structure) -> set[int]:
         """Return the loops and couplings as `Structure` counts them: these after all loops."""
@@ -103,8 +94,7 @@ def partition(
         drives: velocity coordinates of the drives.
         passives: velocity coordinates that are neither driven nor held.
         together: solve all loops in one group, whatever their structure.
-        loop_ranks: how many independent equations each loop has, on its way of
-            `Structure.routes`; those of open loops if None.
+        loop_ranks: how many independent equations each loop has; those of open loops if None.
     """
     mechanism = structure.mechanism
     unknown = set(passives.tolist())
@@ -117,36 +107,23 @@ def partition(
         column = next((column for column in rod.columns if column not in idle), None)
         if column is not None:
             idle[column] = rod
-    # Spins of idle rods are told by bodies along the tree.
-    routes = {} if together or len(items) <= 1 or idle else structure.routes
-    if loop_ranks is None and len(items) > 1:
-        loop_ranks = structure.ranks(x, moving, routes)
-    while True:
-        touched = [
-            [column for column in structure.coordinates_on(item, routes) if column in moving]
-            for item in items
-        ]
-        if together or len(items) <= 1:
-            decided = {column for columns in touched for column in columns} & unknown
-            blocks = [_Block(list(items), sorted(decided))] if items else []
-            break
-        ranks = list(loop_ranks or ()) + [1] * len(mechanism.couplings)
+    touched = [
+        [column for column in structure.coordinates_on(item) if column in moving] for item in items
+    ]
+    if together or len(items) <= 1:
+        decided = {column for columns in touched for column in columns} & unknown
+        blocks = [_Block(list(items), sorted(decided))] if items else []
+    else:
+        if loop_ranks is None:
+            loop_ranks = structure.ranks(x, moving)
         decidable = unknown - set(idle)
         passives_on = [[column for column in columns if column in decidable] for columns in touched]
+        ranks = [*loop_ranks, *[1] * len(mechanism.couplings)]
         blocks = _with_idle(_blocks(passives_on, ranks), idle)
-        contradictory = set().union(*(_contradictory(structure, each, routes) for each in blocks))
-        if not contradictory:
-            break
-        routes = {loop: route for loop, route in routes.items() if loop not in contradictory}
-        along_tree = structure.ranks(x, moving)
-        loop_ranks = [
-            along_tree[loop] if loop in contradictory else rank
-            for loop, rank in enumerate(loop_ranks or ())
-        ]
     groups: list[Group] = []
     carried: set[int] = set()
     for block in blocks:
-        group = _group(structure, block, touched, carried, routes)
+        group = _group(structure, block, touched, carried)
         spinning = [rod for column, rod in idle.items() if column in block.passives]
         groups.append(group._replace(idle=tuple(spinning)))
         carried |= group.inertial_bodies
@@ -179,20 +156,14 @@ def independent_groups(structure: Structure, free: Array) -> list[Group]:
     touched = [
         [column for column in structure.coordinates_on(item) if column in unknown] for item in items
     ]
-    labels: dict[int, int] = {}
-    items_of: dict[int, list[int]] = {}
-    for item in items:
-        joined = {labels[column] for column in touched[item] if column in labels} | {item}
-        label = min(joined)
-        items_of[label] = [member for old in sorted(joined) for member in items_of.pop(old, [])]
-        items_of[label].append(item)
-        for member in items_of[label]:
-            labels.update(dict.fromkeys(touched[member], label))
-    blocks = [
-        _Block(members, sorted({column for item in members for column in touched[item]}))
-        for members in items_of.values()
-    ]
-    return [_group(structure, block, touched, set(), {}) for block in blocks]
+    on = {column: item for item in items for column in touched[item]}
+    joined = {(item, on[column]) for item in items for column in touched[item]}
+    labels = components(len(items), joined | {(other, item) for item, other in joined})
+    blocks = []
+    for label in sorted(set(labels)):
+        members = [item for item in items if labels[item] == label]
+        blocks.append(_Block(members, sorted({c for item in members for c in touched[item]})))
+    return [_group(structure, block, touched, set()) for block in blocks]
 
 
 def _group(
@@ -200,7 +171,6 @@ def _group(
     block: _Block,
     touched: list[list[int]],
     carried: set[int],
-    routes: Mapping[int, Route],
 ) -> Group:
     """Return the group of some loops and couplings, with the ways around them."""
     loops = len(structure.mechanism.loops)
@@ -209,33 +179,15 @@ def _group(
     base = _nearest_common(model, [structure.bases[item] for item in block.items])
     on_loops = {body for item in block.items for body in structure.paths[item]}
     bodies = _between(model, base, on_loops)
-    route = None
-    if not routes.keys().isdisjoint(block.items):
-        ways = [structure.route(item, routes) for item in block.items]
-        route = merged(structure.mechanism, ways)
     return Group(
         loops=tuple(item for item in block.items if item < loops),
         couplings=tuple(item - loops for item in block.items if item >= loops),
         passives=np.array(block.passives, dtype=int),
         known=np.array(sorted(moving - set(block.passives)), dtype=int),
-        bodies=route.bodies if route else bodies,
-        base=route.base if route else base,
-        inertial_bodies=set() if route else set(bodies) - carried,
-        crossed=route.crossed if route else (),
+        bodies=bodies,
+        base=base,
+        inertial_bodies=set(bodies) - carried,
     )
-
-
-def _contradictory(structure: Structure, block: _Block, routes: Mapping[int, Route]) -> set[int]:
-    """Return the loops of a block whose ways are not those of one set of bodies."""
-    routed = routes.keys() & set(block.items)
-    loops = len(structure.mechanism.loops)
-    if not routed:
-        return routed
-    # A coupling counts joints wherever they are.
-    is_one = all(item < loops for item in block.items) and merged(
-        structure.mechanism, [structure.route(item, routes) for item in block.items]
-    )
-    return set() if is_one else routed
 
 
 def _blocks(passives_on: list[list[int]], ranks: list[int]) -> list[_Block]:
@@ -396,4 +348,4 @@ def components(size: int, edges: set[tuple[int, int]]) -> list[int]:
         reach[start, end] = True
     for middle in range(size):
         reach |= reach[:, [middle]] & reach[middle]
-    return [int(label) for label in np.argmax(reach & reach.T, axis=1)]
+    return [int(np.argmax(own)) for own in reach & reach.T]

@@ -56,16 +56,11 @@ def needs(
     if not wanted:
         return Needs(sorted(all_groups), set(), set(), True)
     body_of = _body_of_columns(mechanism.model)
-    # The bodies of each group, its base, and all that the base hangs from. A group that crosses
-    # loops has no inertia, so that its closure forces end at its base.
-    below = [
-        {*group.bodies, *(() if group.crossed else ancestors(mechanism.model, group.base + 1))}
-        for group in groups
-    ]
+    # The bodies of each group, its base, and all that the base hangs from.
+    below = [{*group.bodies, *ancestors(mechanism.model, group.base + 1)} for group in groups]
     # For each body the groups whose bodies hang from it, or that it is in.
     carriers = {body: {index for index, own in enumerate(below) if body in own} for body in bodies}
     owner = {body: index for index, group in enumerate(groups) for body in group.inertial_bodies}
-    closer = {loop: index for index, group in enumerate(groups) for loop in group.loops}
     decider = {
         body_of[column]: index
         for index, group in enumerate(groups)
@@ -82,8 +77,6 @@ def needs(
         group = groups[index]
         movers = below[index] | {body_of[column] for column in group.known.tolist()}
         deciding = {decider[body] for body in movers if body in decider}
-        if group.crossed:
-            return deciding | {closer[loop] for loop in group.crossed_loops}
         return deciding | ({owner[group.base]} if group.base >= 0 else set())
 
     forces = reached((index for body in wanted for index in carriers[body]), loading)
