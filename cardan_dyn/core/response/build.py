@@ -6,11 +6,11 @@ What the responses of many designs ask for in a round is solved together.
 from __future__ import annotations
 
 import re
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Mapping
 
 import numpy as np
 
-from ...kit.arrays import EPS, LARGE_BLOCK, NOTHING, ROUNDED, Array
+from ...kit.arrays import EPS, LARGE_BLOCK, ROUNDED, Array
 from ...kit.checks import described, number
 from ...kit.errors import (
     AccuracyError,
@@ -22,13 +22,13 @@ from ...kit.errors import (
 from ...kit.frozen import frozen
 from ...kit.time_left import Task
 from ..dynamics.problem_solver import ProblemSolver
-from ..kinematics.tolerances import MOVES
+from ..kinematics.following.branch import whole_turns
 from ..problem.problem import Problem
 from ..problem.samples import Targets, targets_of
 from .data import Proof, ResponseData
 from .domain import Domain
 from .response import Response
-from .sampling import FunctionSampler, Sampled
+from .sampling import FunctionSampler, Sampled, in_blocks
 from .scales import FEW_ROUNDINGS, Scales
 from .series import Series
 
@@ -102,19 +102,14 @@ def _built(
     return tuple(data[index] for index in range(designs.size))
 
 
-def _portions(requests: Mapping[int, Array]) -> Iterator[list[int]]:
-    """Yield the designs that ask for functions, as many at a time as are followed together.
+def _portions(requests: Mapping[int, Array]) -> list[list[int]]:
+    """Return the designs that ask for functions, as many at a time as are followed together.
 
     Memory then does not grow with the designs.
     """
-    portion, count = list[int](), 0
-    for index, positions in requests.items():
-        if portion and count + len(positions) > 8 * LARGE_BLOCK:
-            yield portion
-            portion, count = [], 0
-        portion.append(index)
-        count += len(positions)
-    yield portion
+    designs = iter(requests)
+    together = in_blocks(map(len, requests.values()), 8 * LARGE_BLOCK)
+    return [[next(designs) for _ in spans] for spans in together]
 
 
 def _response_in(
@@ -143,7 +138,7 @@ def _response_in(
     solver.refuse_indeterminate(samples.unique)
     values = samples.values[:, len(nodes) :]
     cancellation = scales.cancellation(values, residuals)
-    first = samples._replace(values=samples.values[:, : len(nodes)])
+    first = samples.first(len(nodes))
     refining = _refined(scales, tolerance, domain, first, between, values, cancellation)
     samples, reached = yield from refining
     solver.refuse_indeterminate(samples.unique)
@@ -294,8 +289,7 @@ def _refuse_what_does_not_come_back(
     if not (domain.periodic and designs.held):
         return
     assembly = solver.assembly
-    # Nearly at the end of the period: at the end itself, it would count as the start.
-    ends = designs.positions + (1.0 - NOTHING) * domain.length
+    ends = designs.positions + domain.length
     try:
         first, last = (
             assembly.close(assembly.guesses(designs.at(positions)), positions)
@@ -303,15 +297,9 @@ def _refuse_what_does_not_come_back(
         )
     except (AssemblyError, SingularConfigurationError) as error:
         raise _of_design(error, designs, np.arange(designs.size)) from error
-    angles = solver.problem.mechanism.coordinates.angle_columns
-    moved = last.x[:, angles] - first.x[:, angles]
-    missed = np.max(np.abs(np.sin(0.5 * moved)), axis=1, initial=0.0)
-    ones = np.ones_like(designs.positions)
-    ratios = solver.inverse_dynamics.joint_rates(first, ones, 0.0 * ones).v
-    still_to_go = NOTHING * domain.length * np.max(np.abs(ratios), axis=1)
-    is_off = missed > MOVES + still_to_go
-    if np.any(is_off):
-        name = _name(designs.shape, int(np.argmax(is_off)))
+    is_back, _ = whole_turns(assembly.kinematics, first.x, last.x)
+    if not is_back.all():
+        name = _name(designs.shape, int(np.argmin(is_back)))
         raise CardanError(
             f"{solver.problem.mechanism.name}: {name} does not come back to where it was after the "
             "period of the scene; give an interval: responses(held, interval=(low, high))"

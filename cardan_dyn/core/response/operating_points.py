@@ -21,7 +21,6 @@ from ..results.collect import motion_at
 from ..results.motion import Motion
 from .columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Acts, Column, Layout
 from .data import ResponseData
-from .domain import Domain
 from .series import Location
 
 
@@ -102,6 +101,7 @@ class OperatingPoints:
     acting: Acting
     held: Mapping[str, Array]
     given: Array | None
+    _evaluated: dict[int, Array] = field(default_factory=dict)
 
     @property
     def layout(self) -> Layout:
@@ -113,7 +113,8 @@ class OperatingPoints:
         """Drive positions `(..., 1)`."""
         if self.given is not None:
             return self.given
-        return steps(self.parts[0].data.series.domain, self.parts[0].step_count or 0)[:, None]
+        part = self.parts[0]
+        return part.data.series.domain.nodes(part.step_count or 0)[:, None]
 
     def wrench(self, output: int) -> EvaluatedComponents:
         """Return the wrench of an output, by its index, in its joint frame."""
@@ -136,20 +137,23 @@ class OperatingPoints:
         return solved_motion(self.solver, x, v, a, self.held)
 
     def values(self, function: int) -> Array:
-        """Return a function, see `Layout`.
+        """Return a function, see `Layout`; it is evaluated when it is first asked for.
 
         Raises:
             ArgumentError: there is not enough memory for so many operating points.
         """
+        if function in self._evaluated:
+            return self._evaluated[function]
         try:
             whole: Array | None = None
             for part in self.parts:
                 values = part.sum(function)
                 if part.where is ... and values.shape == self.shape:
-                    return read_only(values)
+                    whole = values
+                    break
                 whole = np.empty(self.shape) if whole is None else whole
                 whole[part.where] = values
-            return read_only(np.asarray(whole))
+            return self._evaluated.setdefault(function, read_only(np.asarray(whole)))
         except MemoryError as error:
             size = 8e-9 * np.prod(self.shape, dtype=float)
             raise ArgumentError(
@@ -158,26 +162,17 @@ class OperatingPoints:
             ) from error
 
 
-def steps(domain: Domain, count: int) -> Array:
-    """Return the positions of so many equal steps of a period."""
-    return np.asarray(domain.origin + domain.length * np.arange(count) / count)
-
-
 @dataclass(frozen=True, eq=False)
 class CouplingMoments(Mapping[str, Array]):
     """Moments of the couplings `(N,)`, each evaluated when it is first looked up."""
 
     points: OperatingPoints
-    _evaluated: dict[str, Array] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
-        if name not in self._evaluated:
-            layout = self.points.layout
-            if name not in layout.couplings:
-                raise KeyError(name)
-            function = layout.moments + layout.couplings.index(name)
-            self._evaluated[name] = self.points.values(function)
-        return self._evaluated[name]
+        layout = self.points.layout
+        if name not in layout.couplings:
+            raise KeyError(name)
+        return self.points.values(layout.moments + layout.couplings.index(name))
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.points.layout.couplings)
@@ -197,13 +192,10 @@ class EvaluatedComponents:
 
     points: OperatingPoints
     first: int
-    _evaluated: dict[int, Array] = field(default_factory=dict)
 
     def component(self, index: int) -> Array:
         """Return a component `(N,)`."""
-        if index not in self._evaluated:
-            self._evaluated[index] = self.points.values(self.first + index)
-        return self._evaluated[index]
+        return self.points.values(self.first + index)
 
     def vanishes(self, index: int) -> bool:
         """Return whether a component is zero throughout."""

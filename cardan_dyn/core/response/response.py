@@ -35,7 +35,6 @@ from .operating_points import (
     OperatingPoints,
     checked_acting,
     column_factors,
-    steps,
 )
 
 if TYPE_CHECKING:
@@ -311,7 +310,7 @@ class Response(Frozen):
             raise ArgumentError("the drive does not turn through; there is no period")
         if count not in self._turns:
             # Two threads may both solve it: either's is as good.
-            at = steps(domain._replace(origin=0.0), count)
+            at = domain._replace(origin=0.0).nodes(count)
             self._turns[count] = motion_at(self._solver, Targets.of_positions(at[:, None]))
         return self._turns[count]
 

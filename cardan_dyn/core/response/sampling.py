@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
@@ -98,7 +98,7 @@ class FunctionSampler:
         """
         assembly = self._solver.assembly
         guess, answers = assembly.guesses(targets), list[Sampled]()
-        for together in _in_blocks(counts):
+        for together in in_blocks(counts, BLOCK_SIZE):
             block = slice(together[0].start, together[-1].stop)
             own = targets.block(block)
             inputs = Inputs.of(self._problem, own, self._acting, guess.turns[block], True)
@@ -267,11 +267,11 @@ class _Columns(NamedTuple):
         return self.found.x[: self.samples]
 
 
-def _in_blocks(counts: Sequence[int]) -> list[list[slice]]:
-    """Return so many samples each as spans that follow each other, in blocks of few samples."""
+def in_blocks(counts: Iterable[int], most: int) -> list[list[slice]]:
+    """Return so many samples each as spans that follow each other, as many together as `most`."""
     blocks: list[list[slice]] = []
     for start, stop in pairwise(accumulate(counts, initial=0)):
-        if blocks and stop - blocks[-1][0].start <= BLOCK_SIZE:
+        if blocks and stop - blocks[-1][0].start <= most:
             blocks[-1].append(slice(start, stop))
         else:
             blocks.append([slice(start, stop)])

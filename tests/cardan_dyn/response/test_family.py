@@ -259,7 +259,7 @@ def test_requests_are_divided_by_size(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build_module, "LARGE_BLOCK", 1.25)
     sizes = {0: 4, 1: 12, 2: 6, 4: 4, 5: 1}
     requests = {index: np.zeros(size) for index, size in sizes.items()}
-    assert list(build_module._portions(requests)) == [[0], [1], [2, 4], [5]]
+    assert build_module._portions(requests) == [[0], [1], [2, 4], [5]]
 
 
 def test_designs_that_do_not_turn_through_are_named() -> None:
@@ -274,3 +274,27 @@ def test_designs_that_do_not_turn_through_are_named() -> None:
     part = scene.responses({"frame": longer}, interval=(-1.0, 1.0))
     expected = scene.sweep(0.7, held={"frame": longer})["pin"].force
     np.testing.assert_allclose(part.sweep(0.7)["pin"].force, expected, atol=1e-10)
+
+
+def test_designs_that_do_not_come_back_after_the_period_of_the_scene_are_named() -> None:
+    """What follows the second crank at half its speed: only of two cranks does it go half round."""
+    bar = cd.load("""<robot name="bar"><link name="ground"/><link name="foot"/><link name="rod"/>
+        <link name="crank"/><link name="rocker"/><link name="arm"><inertial><mass value="1"/>
+        <inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>
+        <joint name="A" type="continuous"><parent link="ground"/><child link="crank"/>
+        <axis xyz="0 0 1"/></joint>
+        <joint name="B" type="continuous"><parent link="crank"/><child link="rod"/>
+        <origin xyz="0 0.2 0"/><axis xyz="0 0 1"/></joint>
+        <joint name="S" type="prismatic"><parent link="ground"/><child link="foot"/>
+        <origin xyz="0.5 0 0"/></joint>
+        <joint name="D" type="continuous"><parent link="foot"/><child link="rocker"/>
+        <axis xyz="0 0 1"/></joint>
+        <joint name="E" type="continuous"><parent link="rocker"/><child link="arm"/>
+        <axis xyz="0 0 1"/></joint>
+        <loop name="C" type="continuous"><predecessor link="rod"><origin xyz="0.45 0 0"/>
+        </predecessor><successor link="rocker"><origin xyz="0 0.4 0"/></successor>
+        <axis xyz="0 0 1"/></loop></robot>""")
+    scene = cd.Scene(cd.couple(bar, "D", "E", 0.5), drive="A", held={"S": 0.0})
+    assert scene.responses({"S": [0.0, -0.02]}).shape == (2,)
+    with pytest.raises(cd.CardanError, match=r"bar: design 1 does not come back to where it was"):
+        scene.responses({"S": [0.0, -0.45]})

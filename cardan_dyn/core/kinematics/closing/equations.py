@@ -228,8 +228,7 @@ class ClosureEquations:
     def drift(self, x: Array, v: Array, reduction: Reduction) -> Array:
         """Return accelerations of the rows `(N, R)` that joint rates alone cause.
 
-        Those of idle rods about their lines follow, `(N, R + k)`. Where rates take one end of each
-        loop to the other in a unit of time, it is twice what is left of the gap, to second order.
+        Those of idle rods about their lines follow, `(N, R + k)`. Loops are closed.
 
         Args:
             x: coordinates `(N, size)` or `(1, size)`.
@@ -333,16 +332,10 @@ class ClosureEquations:
         motion = moving(tree, at, v, {}, ZERO)
         drifts = closure.drifts(tree, at, motion)
         result: list[Scalar] = []
-        each = zip(closure.gaps(tree, at), tree.loops, reduction.axes, reduction.rows, strict=True)
-        for number, (gap, loop, axes, kept) in enumerate(each):
+        each = zip(closure.gaps(tree, at), reduction.axes, reduction.rows, strict=True)
+        for number, (gap, axes, kept) in enumerate(each):
             linear: Vector = drifts[6 * number : 6 * number + 3]
             angular: Vector = drifts[6 * number + 3 : 6 * number + 6]
-            first, second = (motion.spin(end.body) for end in (loop.predecessor, loop.successor))
-            # Both vanish where loops are closed. To second order, a rotation between frames that
-            # spin by ω₁ and ω₂ changes by ω₁ - ω₂ and by half of α₁ - α₂ + ω₁ × ω₂ (Baker,
-            # Campbell and Hausdorff); and twists about a common point count the gap as carried.
-            linear = added(linear, cross(added(first, second), gap.shift))
-            angular = added(angular, cross(first, second))
             rotation, point = axes.placed(at, gap.middle)
             linear = added(linear, cross(angular, less(point, gap.middle)))
             result += _combined(self._weighted([*linear, *angular], rotation), kept)

@@ -117,31 +117,6 @@ class GroupSolver:
         """Return the greatest parts `(N,)` of steps `(N, p)` [rad], slides counted in lengths."""
         return np.maximum.reduce(np.abs(step * self._scale), axis=1, initial=0.0)
 
-    def _bend(self, state: GroupState, step: Array, sizes: Array) -> Array:
-        """Shorten Newton steps, and let them follow the curvature where that brings them nearer.
-
-        Args:
-            state: where they begin.
-            step: `(N, p)`, changed in place.
-            sizes: see `_sizes`.
-
-        Returns:
-            Errors `(N,)` after them, in order of magnitude [rad].
-        """
-        step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
-        # A step leaves its square, as much greater as the equations are badly conditioned.
-        left = np.minimum(state.condition, SINGULAR_CONDITION) * sizes**2
-        is_bent = (left > EPS) & (sizes <= LONGEST_STEP)
-        if np.logical_or.reduce(is_bent):
-            bend = state.bend(step)
-            bends = self._sizes(bend)
-            # What a straight step leaves is the bend, and its error falls in the same ratio again;
-            # the third power is that of sines, where steps happen to need no bend.
-            after = bends**2 / np.maximum(sizes, np.finfo(float).tiny) + sizes**3
-            left = np.where(is_bent, after, left)
-            step += np.where((is_bent & (after < bends))[:, None], bend, 0.0)
-        return left
-
     def newton(
         self,
         x: Array,
@@ -202,7 +177,9 @@ class GroupSolver:
             goes = np.isfinite(sizes)
             if not goes.all():
                 now, rest, step, sizes = now.of(goes), rest[goes], step[goes], sizes[goes]
-            left = self._bend(now, step, sizes)
+            step *= np.minimum(1.0, LONGEST_STEP / np.maximum(sizes, LONGEST_STEP))[:, None]
+            # A step leaves its square, as much greater as the equations are badly conditioned.
+            left = np.minimum(now.condition, SINGULAR_CONDITION) * sizes**2
             # Where loops are closed, a step that is no shorter than the one before is rounding.
             left[(sizes >= before[rest]) & (now.residual < CLOSURE_TOLERANCE)] = 0.0
             before[rest] = sizes
@@ -328,17 +305,6 @@ class GroupState(NamedTuple):
     def step(self, error: Array) -> Array:
         """Return Newton's step `(N, p)` that removes an error `(N, R)`, without spins of rods."""
         return -times(transposed(self.inverse)[:, :, : error.shape[1]], error)
-
-    def bend(self, step: Array) -> Array:
-        """Return what the curvature of the closure equations adds to Newton steps `(N, p)`.
-
-        With it, the error falls with the third power of the step (Chebyshev's method).
-        """
-        equations = self.equations
-        rates = np.zeros((len(step), len(equations.slides)))
-        rates[:, self.group.passives] = step
-        left = equations.drift(self.x, rates, self.reduction)
-        return 0.5 * self.step(left[:, : self.error.shape[1]])
 
     def rates(self, known: Array) -> Array:
         """Return passive rates `(N, p, c)` for c sets of rates `(N, k, c)` of what is known.
