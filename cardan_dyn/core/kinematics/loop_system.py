@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
+from itertools import compress
 
 import numpy as np
 
 from ...kit.arrays import Array, generic
 from ..mechanism.mechanism import Mechanism
 from .closing.all_groups import Kinematics
-from .closing.group_solver import GroupState, solver_of
+from .closing.group_solver import solver_of
 from .closing.stacked import ranks
 from .loops.groups import Group, partition
 from .loops.structure import Structure
@@ -209,73 +210,41 @@ def finer_groups(
     ]
     if not divided:
         return groups
+    trusted = {loop for group in divided for loop in group.loops}
     moving = {*passives.tolist(), *drives.tolist()}
     of_open, of_closed = structure.ranks(x, moving), structure.ranks_at(x, moving)
-    closed = set().union(*(groups[index].items(structure) for index in solved))
-    while True:
-        trusted = {loop for group in divided for loop in group.loops}
-        if all(of_closed[loop] == of_open[loop] for loop in trusted):
-            return groups
-        counted = [
-            of_closed[loop] if loop in trusted else rank for loop, rank in enumerate(of_open)
-        ]
-        finer = partition(structure, x, drives, passives, loop_ranks=counted)
-        if _count(finer) <= _count(groups):
-            return groups
-        doubtful = _unproven(structure, groups, finer, x, drives, closed)
-        if not doubtful:
-            return finer
-        left = [
-            group
-            for group in divided
-            if all(
-                group.items(structure).isdisjoint(other.items(structure))
-                and not np.isin(group.passives, other.passives).any()
-                for other in doubtful
-            )
-        ]
-        if len(left) == len(divided):
-            return groups
-        divided = left
-
-
-def _unproven(
-    structure: Structure,
-    groups: list[Group],
-    finer: list[Group],
-    x: Array,
-    drives: Array,
-    closed: set[int],
-) -> list[Group]:
-    """Return which of the finer groups are not proven.
-
-    With x `(size,)`.
-    """
-    known = {_identity(group) for group in groups}
-    is_known = [_identity(group) in known for group in finer]
+    counted = [of_closed[loop] if loop in trusted else rank for loop, rank in enumerate(of_open)]
+    if counted == of_open:
+        return groups
+    finer = partition(structure, x, drives, passives, loop_ranks=counted)
     items = [group.items(structure) for group in finer]
-    open_ones = [
-        group
-        for group, own, is_old in zip(finer, items, is_known, strict=True)
-        if not (is_old or own <= closed)
+    before = [group.items(structure) for group in groups]
+    if sum(map(bool, items)) <= sum(map(bool, before)):
+        return groups
+    closed = set().union(*(before[index] for index in solved))
+    known = [(own, group.passives.tolist()) for own, group in zip(before, groups, strict=True)]
+    new = [
+        (own, group.passives.tolist()) not in known for own, group in zip(items, finer, strict=True)
     ]
-    if open_ones:
-        return open_ones
+    if any(is_new and not own <= closed for is_new, own in zip(new, items, strict=True)):
+        return groups
     chosen = [index for index, own in enumerate(items) if own and own <= closed]
     solvers = [solver_of(structure.mechanism, finer[index]) for index in chosen]
     kinematics = Kinematics(structure.mechanism.coordinates, drives, solvers)
-    new = [local for local, index in enumerate(chosen) if not is_known[index]]
-    return [solvers[index].group for index in _refuted(kinematics, new, x)]
+    return finer if follow_drives(kinematics, [new[index] for index in chosen], x) else groups
 
 
-def _refuted(kinematics: Kinematics, new: list[int], x: Array) -> list[int]:
-    """Return which of the new groups do not follow generic displacements of all drives.
+def follow_drives(kinematics: Kinematics, new: list[bool], x: Array) -> bool:
+    """Return whether groups follow generic displacements of all drives.
 
-    A group does if it closes its loops and decides its joints, and no others, at all these
-    positions and at the one amid them, which has to be regular, and if all groups do whose motion
-    it depends on.
+    They close their loops at all these positions and at the one amid them. The new ones are regular
+    there, and decide their joints at all of them, and nothing else: their other equations leave
+    free what moves their joints, and hold wherever that goes.
 
-    With x `(size,)`.
+    Args:
+        kinematics: of the groups.
+        new: which of them are to be proven.
+        x: `(size,)` closed coordinates.
     """
     coordinates, drives = kinematics.coordinates, kinematics.drives
     columns = coordinates.column_of(drives)
@@ -283,33 +252,14 @@ def _refuted(kinematics: Kinematics, new: list[int], x: Array) -> list[int]:
     steps = AROUND * generic(CONFIGURATIONS, len(drives))
     guess[1:, columns] += steps / coordinates.scale[columns]
     with np.errstate(all="ignore"):  # Where a drive cannot move that far, steps may overflow.
-        states = kinematics.close(guess).groups
-    refuted, undecided = [], set[int]()
-    for index, state in enumerate(states):
-        follows = undecided.isdisjoint(state.group.known.tolist())
-        follows = follows and bool(np.all(state.residual < CLOSURE_TOLERANCE))
-        if index in new:
-            is_regular = float(state.condition[0]) < REGULAR_CONDITION
-            follows = follows and is_regular and _decides(state)
-        if not follows:
-            refuted += [index] if index in new else []
-            undecided |= set(state.group.passives.tolist())
-    return refuted
-
-
-def _decides(state: GroupState) -> bool:
-    """Return whether a group decides all its joints at all positions, and nothing else.
-
-    Its other equations leave free what moves its joints, and hold wherever that goes.
-    """
-    own, rank = state.scaled_rows, state.scaled_rows.shape[1] - len(state.group.idle)
-    return bool(np.all(ranks(own) == rank) and np.all(ranks(state.all_scaled_rows) == rank))
-
-
-def _count(groups: list[Group]) -> int:
-    """Return how many groups have loops or couplings."""
-    return sum(bool(group.loops or group.couplings) for group in groups)
-
-
-def _identity(group: Group) -> tuple[object, ...]:
-    return group.loops, group.couplings, tuple(group.passives.tolist())
+        state = kinematics.close(guess)
+    if not (state.residual < CLOSURE_TOLERANCE).all():
+        return False
+    for group in compress(state.groups, new):
+        own, every = group.scaled_rows, group.all_scaled_rows
+        rank = own.shape[1] - len(group.group.idle)
+        if not group.condition[0] < REGULAR_CONDITION or (
+            np.any(ranks(own) != rank) or np.any(ranks(every) != rank)
+        ):
+            return False
+    return True
