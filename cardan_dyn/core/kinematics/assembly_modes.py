@@ -74,7 +74,7 @@ def assembly_modes(
         first: `(size,)` closed coordinates of the description's own mode.
         idle: joints at the ends of idle rods, which may have any position in every mode.
     """
-    in_balls = hinges_in_balls(mechanism)
+    coordinates, in_balls = mechanism.coordinates, hinges_in_balls(mechanism)
     # Of each pose its outline, and its modes with their shapes.
     outlines: list[Array] = []
     poses: list[list[tuple[Array, Array]]] = []
@@ -82,7 +82,10 @@ def assembly_modes(
     generator = np.random.default_rng(1)
     starts = last_new = 0
     while starts < _MOST_ROUNDS * _STARTS and starts <= _MORE * last_new:
-        x = _starts(generator, kinematics, passives, first, mechanism.characteristic_length)
+        step = generator.uniform(-np.pi, np.pi, (_STARTS, len(passives)))
+        # Slides start within a length.
+        step[:, coordinates.moves(passives).slides] /= np.pi
+        x = coordinates.displaced(first, passives, step)
         if not starts:
             x[0] = first
         with np.errstate(all="ignore"):  # Starts that do not converge may overflow.
@@ -161,22 +164,6 @@ def _index_of(row: Array, known: list[Array]) -> int:
         return 0
     near = np.linalg.norm(np.array(known) - row, axis=1) <= MOVES
     return int(np.argmax(near)) if np.any(near) else len(known)
-
-
-def _starts(
-    generator: np.random.Generator,
-    kinematics: Kinematics,
-    passives: Array,
-    first: Array,
-    length: float,
-) -> Array:
-    """Return coordinates `(_STARTS, size)` to search from; slides start within a length."""
-    starts = np.repeat(first[None, :], _STARTS, axis=0)
-    moves = kinematics.coordinates.moves(passives)
-    step = generator.uniform(-np.pi, np.pi, (_STARTS, len(passives)))
-    step[:, moves.slides] *= length / np.pi
-    moves.apply(starts, step)
-    return starts
 
 
 def mode_name(pose: int, variant: int = 0) -> str:

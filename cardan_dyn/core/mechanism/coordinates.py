@@ -237,6 +237,18 @@ class Coordinates:
         quaternions, rotations = balls[:, :1] + np.arange(4), balls[:, 1:] + np.arange(3)
         return Moves(columns, steps, slides, quaternions, rotations)
 
+    def displaced(self, x: Array, velocities: Array, step: Array) -> Array:
+        """Return rows `(K, size)` after steps from one.
+
+        Args:
+            x: `(size,)`.
+            velocities: `(k,)` coordinates that move; of a ball all three, in a row, or none.
+            step: `(K, k)` displacements, of slides in lengths of the mechanism.
+        """
+        rows = x[None, :].repeat(len(step), axis=0)
+        self.moves(velocities).apply(rows, step * self.rate_scale[velocities])
+        return rows
+
     def columns_moved_by(self, velocities: Array) -> Array:
         """Return the columns of rows that change when velocity coordinates do, ascending."""
         moves = self.moves(velocities)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any
 
 import numpy as np
 
@@ -59,34 +58,28 @@ def forces_identity(problem: Problem, **more: object) -> dict[str, str]:
     acts = {
         "loads": [
             {name: effort for name, effort in problem.joint_loads.items() if np.any(effort)},
-            _record(problem.link_loads),
+            problem.link_loads,
         ],
         "gravity": problem.gravity,
-        "elements": [_record(item) for item in problem.elements],
+        "elements": problem.elements,
         **more,
     }
     moves = {name: hashed for name, hashed in identity(problem).items() if name in _MOVES}
-    return {**moves, **{name: digest(value) for name, value in acts.items()}}
+    return {**moves, **{name: digest(value, True) for name, value in acts.items()}}
 
 
-def _record(value: Any) -> Any:
-    """Return all fields of a record by name, those of records in it as well."""
-    if is_dataclass(value) and not isinstance(value, type):
-        every = {field.name: _record(getattr(value, field.name)) for field in fields(value)}
-        return [type(value).__name__, every]
-    if isinstance(value, Mapping):
-        return {name: _record(item) for name, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_record(item) for item in value]
-    return "a function" if callable(value) else value
+def digest(value: object, whole: bool = False) -> str:
+    """Return the hash of a value made of records, mappings, sequences, texts and numbers.
+
+    Args:
+        value: that is hashed.
+        whole: whether all fields of records count, functions as such, or those that are mechanical.
+    """
+    plain = repr(_plain(value, whole))
+    return hashlib.sha256(plain.encode("utf-8", "surrogatepass")).hexdigest()
 
 
-def digest(value: object) -> str:
-    """Return the hash of a value made of records, mappings, sequences, texts and numbers."""
-    return hashlib.sha256(repr(_plain(value)).encode("utf-8", "surrogatepass")).hexdigest()
-
-
-def _plain(value: object) -> object:
+def _plain(value: object, whole: bool) -> object:
     """Return a value as tuples and numbers whose text no other value has."""
     if value is None or isinstance(value, (bool, int, str)):
         return value
@@ -98,10 +91,17 @@ def _plain(value: object) -> object:
         # Adding zero makes -0.0 a 0.0, which means the same but has other bytes.
         return kind, array.shape, (array.astype(kind) + np.zeros((), kind)).tobytes()
     if isinstance(value, (list, tuple)):
-        return list(map(_plain, value))
+        return [_plain(item, whole) for item in value]
     if isinstance(value, Mapping):
-        return {key: _plain(value[key]) for key in sorted(value)}
-    if is_dataclass(value):
-        kept = [item.name for item in fields(value) if item.name not in _NOT_MECHANICAL]
-        return {type(value).__name__}, {name: _plain(getattr(value, name)) for name in kept}
+        return {key: _plain(value[key], whole) for key in sorted(value)}
+    if is_dataclass(value) and not isinstance(value, type):
+        every = {
+            field.name: _plain(getattr(value, field.name), whole)
+            for field in fields(value)
+            if whole or field.name not in _NOT_MECHANICAL
+        }
+        name = type(value).__name__
+        return [name, dict(sorted(every.items()))] if whole else ({name}, every)
+    if whole and callable(value):
+        return "a function"
     raise TypeError(f"no canonical form for {type(value).__name__}")

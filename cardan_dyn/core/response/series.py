@@ -165,58 +165,18 @@ def _on_grid(samples: Array, count: int) -> Array:
     size = samples.shape[1]
     spectrum = np.fft.rfft(samples)
     if count % 2 == 0 and size % 4 == 0 and _repeats_in_half(spectrum):
-        return _twice_half_a_period(samples, count)
+        once = _on_grid(samples[:, : size // 2], count // 2)  # Half the work.
+        return np.concatenate([once, once], axis=1)
     if count < size:
-        return _thinned(samples, count)
-    return _interleaved(_padded(spectrum, size, count), size, count)
-
-
-def _repeats_in_half(spectrum: Array) -> bool:
-    """Return whether all functions are the same in both halves of a period.
-
-    Most wrenches of a Cardan joint are: it turns over after half a turn.
-    """
-    sizes = np.abs(spectrum)
-    # A transform makes some eps for each of its halvings.
-    rounding = 2.0 * EPS * math.log2(2 * spectrum.shape[1]) * np.max(sizes)
-    return bool(np.all(np.sum(sizes[:, 1::2], axis=1) <= rounding))
-
-
-def _twice_half_a_period(samples: Array, count: int) -> Array:
-    """Return the grid of half a period twice: half the work."""
-    once = _on_grid(samples[:, : samples.shape[1] // 2], count // 2)
-    return np.concatenate([once, once], axis=1)
-
-
-def _thinned(samples: Array, count: int) -> Array:
-    """Return a grid coarser than the samples from one that is finer.
-
-    A coarser grid cannot tell the higher orders from lower ones, so that they cannot be cut off
-    by a shorter transform.
-    """
-    factor = -(-samples.shape[1] // count)
-    return _on_grid(samples, factor * count)[:, ::factor]
-
-
-def _padded(spectrum: Array, size: int, count: int) -> Array:
-    """Return the spectrum of `size` samples as the lower part of one of `count` samples.
-
-    The highest order of an even number of samples stands for a positive and a negative wave. On a
-    finer grid these are two, of which the spectrum holds one: half of it.
-    """
+        # A coarser grid cannot tell the higher orders from lower ones, so that they cannot be cut
+        # off by a shorter transform.
+        factor = -(-size // count)
+        return _on_grid(samples, factor * count)[:, ::factor]
     if count > size and size % 2 == 0:
-        return np.concatenate([spectrum[:, :-1], 0.5 * spectrum[:, -1:]], axis=1)
-    return spectrum
-
-
-def _interleaved(spectrum: Array, size: int, count: int) -> Array:
-    """Return a grid by several transforms that fit the cache, whose positions alternate.
-
-    Args:
-        spectrum: from `_padded`, `(C, K)`.
-        size: number of samples that it was computed from.
-        count: of positions.
-    """
+        # The highest order of an even number of samples stands for a positive and a negative wave.
+        # On a finer grid these are two, of which the spectrum holds one: half of it.
+        spectrum[:, -1] *= 0.5
+    # Several transforms that fit the cache, whose positions alternate.
     grids = 1
     while count % (2 * grids) == 0 and count // (2 * grids) >= max(size, 2 * LARGE_BLOCK):
         grids *= 2
@@ -228,6 +188,17 @@ def _interleaved(spectrum: Array, size: int, count: int) -> Array:
         shifted = scaled * np.exp(2j * np.pi * grid / count * orders)
         result[:, grid::grids] = np.fft.irfft(shifted, count // grids)
     return result
+
+
+def _repeats_in_half(spectrum: Array) -> bool:
+    """Return whether all functions are the same in both halves of a period.
+
+    Most wrenches of a Cardan joint are: it turns over after half a turn.
+    """
+    sizes = np.abs(spectrum)
+    # A transform makes some eps for each of its halvings.
+    rounding = 2.0 * EPS * math.log2(2 * spectrum.shape[1]) * np.max(sizes)
+    return bool(np.all(np.sum(sizes[:, 1::2], axis=1) <= rounding))
 
 
 def _lagrange_weights(t: Array) -> list[Array]:

@@ -103,11 +103,8 @@ class GroupSolver:
         """
 
         def found() -> Reduction:
-            rows = np.repeat(x[None, :], CONFIGURATIONS, axis=0)
-            moves = self.coordinates.moves(self.movable)
             step = generic(CONFIGURATIONS, len(self.movable))
-            step[:, moves.slides] *= self.equations.length
-            moves.apply(rows, step)
+            rows = self.coordinates.displaced(x, self.movable, step)
             return self.equations.reduction(rows, self.movable)
 
         key = x[self.equations.columns].tobytes()
@@ -252,11 +249,6 @@ class GroupState(NamedTuple):
         return self.solver.equations
 
     @property
-    def known_rows(self) -> Array:
-        """Transposed closure matrices `(N, k, R)` of what is known."""
-        return self.rows[:, : self.group.known.size, : self.error.shape[1]]
-
-    @property
     def passive_rows(self) -> Array:
         """Transposed closure matrices `(N, p, R)` of the passives."""
         return self.square[:, :, : self.error.shape[1]]
@@ -282,8 +274,8 @@ class GroupState(NamedTuple):
     @property
     def all_scaled_rows(self) -> Array:
         """The rows of what is known, then of the passives, slides counted in lengths."""
-        known = self.known_rows * self.solver.known_scale
-        return np.concatenate([known, self.scaled_rows], axis=1)
+        known = self.rows[:, : self.group.known.size, : self.error.shape[1]]
+        return np.concatenate([known * self.solver.known_scale, self.scaled_rows], axis=1)
 
     @property
     def reachable(self) -> Reduction:

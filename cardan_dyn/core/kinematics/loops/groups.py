@@ -9,6 +9,7 @@ and the strong components of what depends on what give the groups.
 from __future__ import annotations
 
 from collections.abc import Hashable
+from graphlib import TopologicalSorter
 from typing import NamedTuple
 
 import numpy as np
@@ -255,13 +256,15 @@ def _without_surplus(
 
 def _in_order(labels: list[int], dependences: set[tuple[int, int]]) -> list[int]:
     """Return components in an order in which each comes after those that it depends on."""
-    needs: dict[int, set[int]] = {label: set() for label in labels}
+    sorter = TopologicalSorter[int](dict.fromkeys(labels, ()))
     for item, needed in dependences:
-        needs[labels[item]] |= {labels[needed]} - {labels[item]}
+        if labels[item] != labels[needed]:
+            sorter.add(labels[item], labels[needed])
+    sorter.prepare()
     order: list[int] = []
-    while len(order) < len(needs):
-        done = set(order)
-        order.extend(sorted(label for label in needs.keys() - done if needs[label] <= done))
+    while ready := sorted(sorter.get_ready()):
+        order += ready
+        sorter.done(*ready)
     return order
 
 

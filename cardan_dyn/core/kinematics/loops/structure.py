@@ -27,35 +27,25 @@ class Structure:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         model = mechanism.model
-        body_of = {
-            column: index - 1
-            for index in range(1, model.njoints)
-            for column in range(model.idx_vs[index], model.idx_vs[index] + model.nvs[index])
-        }
-        loops = [
-            tuple(set(ancestors(model, body)) for body in (loop.predecessor, loop.successor))
-            for loop in mechanism.loops
-        ]
-        coupled = [
-            {body_of[column] for column in (*item.predecessor_columns, *item.successor_columns)}
-            for item in mechanism.couplings
-        ]
-        self.paths = [sorted(first ^ second) for first, second in loops]
-        self.paths += [sorted(bodies) for bodies in coupled]
-        self.bases = [max(first & second, default=-1) for first, second in loops]
-        self.bases += [
-            max(
-                set.intersection(
-                    *(set(ancestors(model, model.parents[body + 1])) for body in bodies)
-                ),
-                default=-1,
-            )
-            for bodies in coupled
-        ]
         self._columns = [
-            list(range(model.idx_vs[index], model.idx_vs[index] + model.nvs[index]))
-            for index in range(1, model.njoints)
+            list(range(first, first + size))
+            for first, size in zip(model.idx_vs[1:], model.nvs[1:], strict=True)
         ]
+        body_of = {column: body for body, own in enumerate(self._columns) for column in own}
+        self.paths: list[list[int]] = []
+        self.bases: list[int] = []
+        for loop in mechanism.loops:
+            first, second = (
+                set(ancestors(model, end)) for end in (loop.predecessor, loop.successor)
+            )
+            self.paths.append(sorted(first ^ second))
+            self.bases.append(max(first & second, default=-1))
+        for item in mechanism.couplings:
+            columns = *item.predecessor_columns, *item.successor_columns
+            path = sorted({body_of[column] for column in columns})
+            below = (set(ancestors(model, model.parents[body + 1])) for body in path)
+            self.paths.append(path)
+            self.bases.append(max(set.intersection(*below), default=-1))
 
     def coordinates_on(self, item: int) -> list[int]:
         """Return the velocity coordinates around a loop, or in a coupling, by its index."""
@@ -78,11 +68,8 @@ class Structure:
             resting = np.array([column for column in around if column not in moving], dtype=int)
 
             def found(loop: int = loop, own: Array = own) -> int:
-                moves, step = coordinates.moves(own), generic(CONFIGURATIONS, len(own))
-                step[:, moves.slides] *= self.mechanism.characteristic_length
-                rows = np.repeat(x[None, :], CONFIGURATIONS, axis=0)
-                moves.apply(rows, step)
-                return self._rank(loop, rows, own)
+                step = generic(CONFIGURATIONS, len(own))
+                return self._rank(loop, coordinates.displaced(x, own, step), own)
 
             at = x[coordinates.columns_moved_by(resting)].tobytes()
             key, most = (loop, tuple(resting), at), MOST * len(self.paths)
