@@ -20,8 +20,7 @@ import numpy as np
 
 from ....kit.arrays import ROUNDED, Array
 from ...mechanics import closure, spins
-from ...mechanics.bodies import Coupling as Tied
-from ...mechanics.bodies import Tree, massless
+from ...mechanics.bodies import massless
 from ...mechanics.placements import Placed, moving, placed
 from ...mechanics.vectors import (
     UNTURNED,
@@ -95,8 +94,6 @@ class ClosureEquations:
         rates: the M velocity coordinates of the bodies.
         slides: `(nv,)` which velocity coordinates are lengths.
         columns: of coordinate rows that place the bodies.
-        slip_units: `(G,)` what slips of couplings are compared with: the length where they are
-            one, else a radian.
     """
 
     def __init__(self, mechanism: Mechanism, group: Group) -> None:
@@ -119,7 +116,7 @@ class ClosureEquations:
         self.slides = np.zeros(mechanism.model.nv, dtype=bool)
         self.slides[[body.rates[0] for body in bodies if body.kind == "prismatic"]] = True
         stated = [mechanism.couplings[index] for index in group.couplings]
-        self.slip_units = np.array([self._slip_unit(coupling) for coupling in stated])
+        self._slip_factors = list(map(self._slip_factor, stated))
         # The base stands for what carries it.
         index_of = {body: index for index, body in enumerate(group.bodies)}
         rods = [
@@ -132,12 +129,17 @@ class ClosureEquations:
         coupled = {*sum((item.predecessor_columns + item.successor_columns for item in stated), ())}
         self._coupled = [body.column for body in bodies if not coupled.isdisjoint(body.rates)]
 
-    def _slip_unit(self, coupling: Coupling) -> float:
-        """Return what a coupling's slip is compared with."""
-        columns, ratio = coupling.successor_columns, 1.0
-        if not columns:
+    def _slip_factor(self, coupling: Coupling) -> float:
+        """Return what a coupling's slip, in units of the tree, is multiplied with.
+
+        It then counts in radians, or in the mechanism's length.
+        """
+        columns, ratio, unit = coupling.successor_columns, 1.0, 1.0
+        if columns:
+            unit = float(self.tree.units[columns[0]])
+        else:
             columns, ratio = coupling.predecessor_columns, abs(coupling.ratio)
-        return ratio * (self.length if self.slides[columns[0]] else 1.0)
+        return unit / (ratio * (self.length if self.slides[columns[0]] else 1.0))
 
     @cached_property
     def full(self) -> Reduction:
@@ -308,13 +310,10 @@ class ClosureEquations:
         }
         slips = closure.slips(tree, angles, [coupling.offset for coupling in tree.couplings])
         couplings = rows[6 * len(tree.loops) :]
-        for coupling, slip, row, unit in zip(
-            tree.couplings, slips, couplings, self.slip_units.tolist(), strict=True
-        ):
-            scale = _slip_scale(tree, coupling)
+        for slip, row, factor in zip(slips, couplings, self._slip_factors, strict=True):
             for rate, own in entries.items():
-                own.append(row.get(rate, 0.0) * (scale / unit))
-            errors.append(slip * (scale / unit))
+                own.append(row.get(rate, 0.0) * factor)
+            errors.append(slip * factor)
             residual = greater(residual, absolute(errors[-1]))
         for spin in self._spins:
             row = spins.row(tree, at, spin, entries)
@@ -339,9 +338,8 @@ class ClosureEquations:
             rotation, point = axes.placed(at, gap.middle)
             linear = added(linear, cross(angular, less(point, gap.middle)))
             result += _combined(self._weighted([*linear, *angular], rotation), kept)
-        scales = zip(tree.couplings, self.slip_units.tolist(), strict=True)
-        for bend, (coupling, unit) in zip(closure.bends(tree, at, v), scales, strict=True):
-            result.append(bend * (_slip_scale(tree, coupling) / unit))
+        bends = zip(closure.bends(tree, at, v), self._slip_factors, strict=True)
+        result += [bend * factor for bend, factor in bends]
         return result + [spins.drift(at, motion, spin) for spin in self._spins]
 
     def _weighted(self, twist: Sequence[Scalar], rotation: Rotation) -> list[Scalar]:
@@ -358,11 +356,6 @@ def equations_of(mechanism: Mechanism, group: Group) -> ClosureEquations:
     most = MOST + mechanism.model.njoints
     made = partial(ClosureEquations, mechanism, group)
     return mechanism.kept.of("equations", group.closure, made, most)
-
-
-def _slip_scale(tree: Tree, coupling: Tied) -> float:
-    """Return the unit of a tree in which a coupling slips [rad or m]."""
-    return float(tree.units[coupling.successors[0]]) if coupling.successors else 1.0
 
 
 def _combined(values: Sequence[Scalar], vectors: Array) -> list[Scalar]:

@@ -97,7 +97,8 @@ class Orders:
             if chosen_before is None:
                 return None
             found.append(chosen_before.order)
-        x = self._in_tree(self._own() if scene else self._near)
+        scouts = self._own() if scene else self._near
+        x = (scouts / self._tree.coordinate_units(scouts.shape[1])).T
         if not found:
             return self._chosen(x, scene)
         rows, growth = self._rows(x), np.full(x.shape[1], np.inf)
@@ -128,7 +129,3 @@ class Orders:
             {c: np.broadcast_to(entry, count) for c, entry in row.items()}
             for row in passive_rows(rows, roles)
         ]
-
-    def _in_tree(self, scouts: Array) -> Array:
-        """Return coordinates `(S, size)` in units of the tree, `(size, S)`."""
-        return (scouts / self._tree.coordinate_units(scouts.shape[1])).T

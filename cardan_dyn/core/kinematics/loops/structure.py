@@ -63,29 +63,26 @@ class Structure:
         """
         coordinates, result = self.mechanism.coordinates, []
         for loop in range(len(self.mechanism.loops)):
-            around = self.coordinates_on(loop)
-            own = np.array([column for column in around if column in moving], dtype=int)
-            resting = np.array([column for column in around if column not in moving], dtype=int)
+            own = self._own(loop, moving)
+            resting = np.setdiff1d(self.coordinates_on(loop), own)
+            key = loop, resting.tobytes(), x[coordinates.columns_moved_by(resting)].tobytes()
 
             def found(loop: int = loop, own: Array = own) -> int:
                 step = generic(CONFIGURATIONS, len(own))
                 return self._rank(loop, coordinates.displaced(x, own, step), own)
 
-            at = x[coordinates.columns_moved_by(resting)].tobytes()
-            key, most = (loop, tuple(resting), at), MOST * len(self.paths)
-            result.append(self.mechanism.kept.of("rank", key, found, most))
+            result.append(self.mechanism.kept.of("rank", key, found, MOST * len(self.paths)))
         return result
+
+    def _own(self, loop: int, moving: set[int]) -> Array:
+        """Return which velocity coordinates move around a loop."""
+        around = self.coordinates_on(loop)
+        return np.array([column for column in around if column in moving], dtype=int)
 
     def ranks_at(self, x: Array, moving: set[int]) -> list[int]:
         """Return the same at one position, with x `(size,)`."""
-        return [
-            self._rank(
-                loop,
-                x[None, :],
-                np.array([column for column in self.coordinates_on(loop) if column in moving]),
-            )
-            for loop in range(len(self.mechanism.loops))
-        ]
+        loops = range(len(self.mechanism.loops))
+        return [self._rank(loop, x[None, :], self._own(loop, moving)) for loop in loops]
 
     def _rank(self, loop: int, x: Array, moving: Array) -> int:
         """Return how many unit twists of velocity coordinates on a loop are independent.
