@@ -11,7 +11,7 @@ import numpy as np
 from ..._version import __version__
 from ...core.results.result import Result
 from ...core.results.table import Table, Variable
-from ...figures.wrenches import together
+from ...figures.wrenches import PARTS, together
 from ...kit.errors import ArgumentError
 from ...kit.frozen import Frozen
 from ...kit.quantities import column
@@ -45,6 +45,12 @@ class Cases(Result, Frozen):
                     found[item.quantity] = case, item
         length = self.reports[0].mechanism.characteristic_length
         most |= together(most["N"], most["N·m"], length)
+        acting = [item for report in self.reports for item in report.acting.values()]
+        for whole, parts in PARTS.items():
+            # A force is the greatest if no other one is greater, nor a part of one.
+            every = (of.size for of in acting if of.determined and of.quantity in (whole, *parts))
+            if whole in found and found[whole][1].size < max(every) * (1.0 - RIGHT):
+                del found[whole]
         # What is 0 in the digits of the greatest sizes nothing.
         return [of for of in found.values() if float(column([of[1].size, most[of[1].unit]])[0][0])]
 

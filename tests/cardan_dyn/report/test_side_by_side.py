@@ -391,3 +391,23 @@ def test_the_moment_of_a_slide_says_about_which_point_it_is() -> None:
     moment = sweeps[1]["travel"].at((-5.0, 0.0, 0.0)).moment
     np.testing.assert_allclose(np.linalg.norm(moment, axis=1), 24.0 + 80.0 * 5.0)
     assert not cd.Reports(swept((20.0, 5.0), (90.0, 5.0))).remarks
+
+
+def test_a_force_that_is_less_than_a_part_of_another_is_no_headline() -> None:
+    """A hook on a ball below a beam of 90 kg: the hinge of the beam carries ten times as much."""
+    hung = """<robot name="hung"><link name="wall"/><link name="beam"><inertial>
+    <origin xyz="1 0 0"/><mass value="90"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>
+    <link name="hook"><inertial><origin xyz="0 0 -0.1"/><mass value="10"/>
+    <inertia ixx="1" iyy="1" izz="1"/></inertial></link>
+    <joint name="hinge" type="continuous"><parent link="wall"/><child link="beam"/>
+    <axis xyz="0 1 0"/></joint><joint name="ball" type="spherical"><parent link="beam"/>
+    <child link="hook"/><origin xyz="2 0 0"/></joint></robot>"""
+    held = {"ball.x": 0.0, "ball.y": 0.0, "ball.z": 0.0}
+    scene = cd.Scene(cd.load(hung), drive="hinge", held=held, gravity=(0.0, 0.0, -9.81))
+    report = cd.Report(scene.sweep(np.linspace(0.0, 0.5, 5)))
+    told = {item.quantity: item for item in report.headline}
+    assert told["shear"].owner == "hinge"
+    assert told["shear"].greatest == pytest.approx(100 * 9.81)
+    assert "force" not in told
+    sizes = {of: sizes for of, quantity, _, sizes in report.cases.compared if quantity == "force"}
+    assert sizes["ball"] == pytest.approx([10 * 9.81])
