@@ -77,7 +77,6 @@ OFFERED = {
         "AROUND",
         "CLOSURE_TOLERANCE",
         "CONFIGURATIONS",
-        "LONGEST_WAY",
         "SAFE_CORRECTION",
         "SINGULAR_CONDITION",
     ),

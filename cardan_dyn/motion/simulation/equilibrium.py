@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ...core.dynamics.problem_solver import ProblemSolver
-from ...core.kinematics.tolerances import LONGEST_WAY
 from ...core.problem.acting import Acting
 from ...core.problem.samples import Targets, acting_on
 from ...core.results.collect import sweep_of
@@ -35,7 +34,10 @@ _UNEVEN = 1e-5
 """What is left of a kink, as a fraction of the greatest stiffness or force, from which on a step is
 too long: a curve leaves the square of the first step."""
 _MOST_STEPS = 200
-_TURN = math.ceil(math.tau / LONGEST_WAY)
+_LONGEST = 0.3
+"""Longest step of Newton's method [rad, or as a fraction of the characteristic length]: longer ones
+end at equilibria farther away."""
+_TURN = math.ceil(math.tau / _LONGEST)
 """Steps of a turn, after which forces of what goes round repeat: if they fell by less than it takes
 to end within the steps that are left, nothing ahead does."""
 
@@ -193,8 +195,8 @@ def _moved(statics: _Statics, place: _Place) -> tuple[_Place, bool]:
         return place, True
     step, *_ = np.linalg.lstsq(place.stiffness, -place.effort, rcond=1e-12)
     length = float((np.abs(step) / scale).max())
-    if length > LONGEST_WAY:
-        step, length = step * (LONGEST_WAY / length), LONGEST_WAY
+    if length > _LONGEST:
+        step, length = step * (_LONGEST / length), _LONGEST
     whole = length
     shortest = 4.0 * EPS * (1.0 + float(np.abs(x).max()))
     refused = ""
