@@ -24,11 +24,20 @@ from ..mechanics.elimination import THRESHOLD, Order, UnsuitableError
 from ..mechanics.placements import moved as rates_of
 from ..mechanics.placements import moving
 from ..mechanics.reactions import momentum_rates
-from ..mechanics.sample import Given, LinkForce, Position, Solved, solved_at, stressed_at
+from ..mechanics.sample import (
+    Given,
+    LinkForce,
+    Position,
+    Solved,
+    passive_rows,
+    solved_at,
+    stressed_at,
+)
 from ..mechanics.vectors import ZERO, times
 from ..mechanism.mechanism import Mechanism
 from ..proof.derived import derived_errors
 from ..tape import NOTHING, Differential, Factor, Scalar, Trace, Variable, greater
+from .implicit import Implicit
 from .inverse_dynamics import UNIQUE_TOLERANCE, Inputs, JointRates
 from .parameters import (
     Numbers,
@@ -189,9 +198,15 @@ class _Derivatives(Tape):
             }
             count = 6 * len(tree.loops) + len(tree.couplings) + len(tree.spins)
             opened = [trace.input(f"e{row}", 0.0, uniform=True) for row in range(count)]
-            self._zeros = np.zeros((len(trace.inputs), 1))
+            zeros = len(trace.inputs)
+            marks = [trace.input(name, 1.0, uniform=True) for name in ("found", "held")]
+            self._fixed = np.repeat([[0.0], [1.0]], [zeros, len(marks)], axis=0)
             given, x, _ = self.traced(trace)
             position = Position.of(tree, equations.roles, given.x, given.offsets, order)
+            closed = position
+            matrix = passive_rows(position.rows, equations.roles)
+            factors = Implicit.of(position.factors, matrix, opened, marks)
+            position = position._replace(factors=factors)
             pushes = [LinkForce(k, None, ZERO, (*x[:3],), (*x[3:],)) for k, x in pushed.items()]
             loaded = given._replace(link_forces=[*given.link_forces, *pushes])
             roles = equations.roles
@@ -218,7 +233,8 @@ class _Derivatives(Tape):
             for body, exerted in self._exerted(adding, position, given, solved).items():
                 ways = differential.tangents(exerted, masses)
                 changes |= zip(pushed[body], ways, strict=True)
-            self._close(differential, position, inputs, opened, changes)
+            self._close(differential, closed, inputs, opened, changes)
+            factors.differentiated(differential, changes)
             found = self.equations.quantities(solved, x)
             errors = [position.errors[row] for row in position.factors.redundant]
             # Which nothing else depends on.
@@ -309,7 +325,7 @@ class _Derivatives(Tape):
             x: `(size, n)` closed coordinates.
             others: inputs that derivatives take besides, `(k, n)` or `(k, 1)`.
         """
-        given = [self._zeros, *self.with_x(rows, x), *others]
+        given = [self._fixed, *self.with_x(rows, x), *others]
         results = self._program.run_rows(given, x.shape[1])
         return results, results[0] <= 1.0
 

@@ -88,11 +88,21 @@ class Differential:
             self._count = total + 1
         return total if self._count > total else NOTHING
 
-    def tangents(self, outputs: Sequence[Scalar], changes: Mapping[Variable, int]) -> list[int]:
-        """Return how outputs change while variables do; arguments and errors as of `tangents`."""
+    def tangents(
+        self, outputs: Sequence[Scalar], changes: dict[Variable, int], adds: bool = False
+    ) -> list[int]:
+        """Return how outputs change while variables do.
+
+        Args:
+            outputs: see `tangents`.
+            changes: of variables, whatever they depend on; `NOTHING` of what is held.
+            adds: whether changes of all that outputs depend on are added to these.
+
+        Raises:
+            ArgumentError: see `tangents`.
+        """
         trace, ends, starts = checked(outputs, list(changes))
-        given = zip(starts, changes.values(), strict=True)
-        found = {start: change for start, change in given if change != NOTHING}
+        found = dict(zip(starts, changes.values(), strict=True))
         for node in reached(trace, ends):
             if node.index in found or found.keys().isdisjoint(node.arguments):
                 continue
@@ -100,6 +110,8 @@ class Differential:
             change = self.sum([(factor, found[k]) for factor, k in pairs if k in found])
             if change != NOTHING:
                 found[node.index] = change
+        if adds:
+            changes |= {trace.nodes[k]: change for k, change in found.items()}
         return [found.get(end, NOTHING) for end in ends]
 
     def forwards(
