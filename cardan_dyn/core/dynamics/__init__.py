@@ -10,7 +10,8 @@ sample has a tape of the order that is chosen at itself. What elements exert fol
 the motion alone. All are proven alike.
 
 By `parameters`, closed samples are `differentiated` where they are traced, forwards for all results
-or backwards for a weighted sum; a `pushing` tells how what elements exert changes.
+or backwards for a weighted sum; what is solved there changes as its equations say (`implicit`); a
+`pushing` tells how what elements exert changes.
 
 What is simulated has programs as well, for one state after the other: a `chain_tape` gives rates of
 a chain's state, and what closes its loops; an `open_tree` energies, and efforts without loops.

@@ -33,7 +33,7 @@ from ..mechanics.sample import (
     solved_at,
     stressed_at,
 )
-from ..mechanics.vectors import ZERO, times
+from ..mechanics.vectors import UNTURNED, ZERO, times
 from ..mechanism.mechanism import Mechanism
 from ..proof.derived import derived_errors
 from ..tape import NOTHING, Differential, Factor, Scalar, Trace, Variable, greater
@@ -73,11 +73,10 @@ class Part(NamedTuple):
     columns: Array | None = None
     samples: Array | None = None
 
-    def holding(self, rows: Array | slice) -> Array:
+    def holding(self, rows: int | slice) -> Array:
         """Return rows of the results at the samples that hold; others are those of another tape."""
-        return (
-            self.results[rows, :] if self.columns is None else self.results[rows][:, self.columns]
-        )
+        found = self.results[rows]
+        return found if self.columns is None else found[..., self.columns]
 
     def put(self, values: Array, rows: Array, places: Array) -> None:
         """Write rows of the results into places of values `(…, N)`."""
@@ -207,7 +206,7 @@ class _Derivatives(Tape):
             matrix = passive_rows(position.rows, equations.roles)
             factors = Implicit.of(position.factors, matrix, opened, marks)
             position = position._replace(factors=factors)
-            pushes = [LinkForce(k, None, ZERO, (*x[:3],), (*x[3:],)) for k, x in pushed.items()]
+            pushes = [LinkForce(k, UNTURNED, ZERO, x[:3], x[3:]) for k, x in pushed.items()]
             loaded = given._replace(link_forces=[*given.link_forces, *pushes])
             roles = equations.roles
             if of.what == "stress":
@@ -264,7 +263,7 @@ class _Derivatives(Tape):
         given: Given,
         solved: Solved,
     ) -> dict[int, list[Scalar]]:
-        """Return body to what masses exert that are added to it: force, moment about its frame."""
+        """Return body to what masses exert that are added to it, about and in axes of its frame."""
         if not adding:
             return {}
         tree, at = self.equations.tree, position.at
@@ -273,7 +272,7 @@ class _Derivatives(Tape):
             for index, body in enumerate(tree.bodies)
         ]
         motion = moving(tree, at, solved.v, solved.a, times(given.gravity, -1.0))
-        carried = momentum_rates(tree._replace(bodies=tuple(bodies)), at, motion, {})
+        carried = momentum_rates(tree._replace(bodies=tuple(bodies)), motion, {})
         return {
             body: [-value for value in (*carried.forces[body], *carried.moments[body])]
             for body in adding
@@ -616,7 +615,8 @@ def _greatest(
     for tape, part in runs:
         places = tape.places[of, found]
         written = places >= 0
-        most = np.abs(part.holding(places[written])).max(axis=1, initial=0.0)
+        rows = map(part.holding, places[written].tolist())  # Views, where all samples hold.
+        most = [np.maximum(row.max(initial=0.0), -row.min(initial=0.0)) for row in rows]
         result[written] = np.maximum(result[written], most)
     return result
 

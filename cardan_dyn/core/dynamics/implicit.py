@@ -5,10 +5,10 @@ Of A x = b, x changes by A⁻¹ (b′ - A′ x). So an elimination itself is nev
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
-from ..mechanics.elimination import Eliminated, Row, product
+from ..mechanics.elimination import Eliminated, Found, Row, product
 from ..tape import NOTHING, Differential, Factor, Scalar, Variable
 
 
@@ -17,15 +17,15 @@ class _Solution(NamedTuple):
 
     Attributes:
         found: unknown to its value, as what depends on it takes it.
-        held: the same values, as they stand in the equations.
-        left: pivot to what is left of its equation.
-        steps: pivots' rows or columns to how much unknowns change with each such error.
+        left: what is left of the equation of each pivot, with values that are held.
+        moved: unknowns to what they change by, of what rows are off by.
+        twins: what is made of the unknowns, and the same made of what is held.
     """
 
     found: dict[int, Scalar]
-    held: list[Scalar]
     left: list[Scalar]
     moved: Mapping[int, Scalar]
+    twins: list[tuple[Scalar, Scalar]]
 
 
 class Implicit(Eliminated):
@@ -36,6 +36,7 @@ class Implicit(Eliminated):
     _off: Sequence[Variable]
     _marks: Sequence[Variable]
     _solutions: list[_Solution]
+    _held: list[Scalar]
 
     @classmethod
     def of(
@@ -56,7 +57,7 @@ class Implicit(Eliminated):
         """
         result = cls(*factors)
         result._rows, result._off, result._marks = rows, off, marks
-        result._columns, result._solutions = {}, []
+        result._columns, result._solutions, result._held = {}, [], []
         for index, row in enumerate(rows):
             for column, entry in row.items():
                 result._columns.setdefault(column, {})[index] = entry
@@ -67,20 +68,37 @@ class Implicit(Eliminated):
         pairs = [(right[step.row], self._rows[step.row]) for step in self.steps]
         return self._kept(super().solve(right), pairs, super().solve(self._off))
 
-    def solve_transposed(self, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
-        """See `Eliminated.solve_transposed`."""
-        pairs = [(right[step.column], self._columns[step.column]) for step in self.steps]
-        return self._kept(super().solve_transposed(right), pairs, self._back)
+    def balanced(
+        self,
+        found: Callable[[Mapping[int, Scalar]], Found],
+        lacking: Callable[[Found], Mapping[int, Scalar]],
+    ) -> Found:
+        """See `Eliminated.balanced`."""
+        values = self.solve_transposed(lacking(found({})))
+        own, held = (_marked(values, mark) for mark in self._marks)
+        result, twin = map(found, (own, held))
+        lacks = lacking(twin)
+        left = [lacks[step.column] for step in self.steps]
+        self._held += held.values()
+        numbers = zip(_numbers(result), _numbers(twin), strict=True)
+        self._solutions.append(_Solution(own, left, self._back, [*numbers]))
+        return result
 
     def dependence(self, row: int) -> dict[int, Scalar]:
         """See `Eliminated.dependence`."""
         pairs = [(0.0, self._columns[step.column]) for step in self.steps]
         return self._kept(super().dependence(row), pairs, self._back)
 
+    def chosen(self, amounts: dict[int, Scalar]) -> dict[int, Scalar]:
+        """See `Eliminated.chosen`: no number that is unique depends on how these change."""
+        held = _marked(amounts, self._marks[1])
+        self._held += held.values()
+        return held
+
     @property
     def _back(self) -> dict[int, Scalar]:
         """What multipliers change by, of what columns are off by."""
-        return super().solve_transposed({step.column: self._off[step.row] for step in self.steps})
+        return self.solve_transposed({step.column: self._off[step.row] for step in self.steps})
 
     def _kept(
         self,
@@ -89,26 +107,46 @@ class Implicit(Eliminated):
         moved: Mapping[int, Scalar],
     ) -> dict[int, Scalar]:
         """Return what was found, marked."""
-        found, held = (
-            {key: x * mark if type(x) is Variable else x for key, x in values.items()}
-            for mark in self._marks
-        )
+        found, held = (_marked(values, mark) for mark in self._marks)
+        self._held += held.values()
         left = [right - product(held, row) for right, row in equations]
-        self._solutions.append(_Solution(found, [*held.values()], left, moved))
+        self._solutions.append(_Solution(found, left, moved, []))
         return found
 
     def differentiated(self, differential: Differential, known: dict[Variable, int]) -> None:
         """Add how all that was found changes to what is known of changes."""
-        for found, held, left, moved in self._solutions:
-            known |= dict.fromkeys(map(_unsigned, filter(_is_variable, held)), NOTHING)
+        known |= dict.fromkeys(map(_unsigned, filter(_is_variable, self._held)), NOTHING)
+        for found, left, moved, twins in self._solutions:
             lines = [self._off[step.row] for step in self.steps]
             off = dict(zip(lines, differential.tangents(left, known, adds=True), strict=True))
-            keys = [key for key, x in found.items() if _is_variable(x)]
-            ways = differential.tangents([moved[key] for key in keys], off)
-            for key, way in zip(keys, ways, strict=True):
-                x = _unsigned(found[key])
-                sign = Factor(1.0 if x is found[key] else -1.0)
-                known.setdefault(x, differential.sum([(sign, way)]))
+            unknowns = {
+                _unsigned(x): moved[key] if x is _unsigned(x) else -moved[key]
+                for key, x in found.items()
+                if _is_variable(x)
+            }
+            ways = differential.tangents([*unknowns.values()], off)
+            changes = dict(zip(unknowns, ways, strict=True)) | known
+            known |= {x: changes[x] for x in unknowns}
+            # What is made of unknowns is linear in them.
+            pairs = {_unsigned(x): _unsigned(twin) for x, twin in twins if _is_variable(x)}
+            still = differential.tangents([*pairs.values()], known, adds=True)
+            moving = differential.tangents([*pairs], {x: known[x] for x in unknowns})
+            for x, *ways in zip(pairs, still, moving, strict=True):
+                known.setdefault(x, differential.sum([(Factor(1.0), way) for way in ways]))
+
+
+def _numbers(of: Any) -> Iterator[Scalar]:
+    """Yield all scalars of what is nested."""
+    if isinstance(of, Mapping | tuple | list):
+        for item in of.values() if isinstance(of, Mapping) else of:
+            yield from _numbers(item)
+    else:
+        yield of
+
+
+def _marked(values: Mapping[int, Scalar], mark: Variable) -> dict[int, Scalar]:
+    """Return values, of which those that are not numbers are told from others like them."""
+    return {key: x * mark if _is_variable(x) else x for key, x in values.items()}
 
 
 def _is_variable(x: Scalar) -> bool:

@@ -93,8 +93,8 @@ def _traced(mechanism: Mechanism) -> tuple[Tree, Program]:
         gravity = inputs("g", np.full(3, tree.length))
         at = placed(tree, x)
         motion = moving(tree, at, v, a, times(gravity, -1.0))
-        open_tree = momentum_rates(tree, at, motion, {}).passed_on(tree, at)
-        efforts = open_tree.along(tree, at, v)
+        open_tree = momentum_rates(tree, motion, {}).passed_on(tree, at)
+        efforts = open_tree.along(tree, v)
         for rate, taken in tree.of_rotors(a).items():
             efforts[rate] = efforts[rate] + taken
         moment = ZERO

@@ -68,6 +68,13 @@ class Body(NamedTuple):
         """Columns of coordinate rows that are its coordinates."""
         return range(self.column, self.column + (4 if self.kind == "spherical" else 1))
 
+    @property
+    def directions(self) -> Sequence[Vector]:
+        """Unit vectors along or about which its velocity coordinates move it, in its frame."""
+        if self.kind == "spherical":
+            return UNTURNED
+        return (UNTURNED[self.axis] if isinstance(self.axis, int) else self.axis,)
+
 
 class End(NamedTuple):
     """Where a loop is welded.

@@ -233,7 +233,12 @@ def drifts(tree: Tree, at: Placed, motion: Motion) -> list[Scalar]:
     """
     result: list[Scalar] = []
     for loop in tree.loops:
-        ends = loop.predecessor, loop.successor
-        first, second = (motion.at(end.body, at.end(end)[1]) for end in ends)
-        result += [*less(first, second), *less(*(motion.spin_rate(end.body) for end in ends))]
+        ends = [
+            [
+                *at.in_tree(end.body, motion.at(end.body, end.translation)),
+                *at.in_tree(end.body, motion.spin_rate(end.body)),
+            ]
+            for end in (loop.predecessor, loop.successor)
+        ]
+        result += [first - second for first, second in zip(*ends, strict=True)]
     return result

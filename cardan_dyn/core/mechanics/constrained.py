@@ -156,7 +156,7 @@ class Free(NamedTuple):
         )
         independent = [rate for rate in v if rate not in told and rate not in dependent]
         ways = _ways(turned, independent)
-        inertias = [shares(tree, at, moving(tree, at, {}, way, ZERO), {}) for way in ways]
+        inertias = [shares(tree, moving(tree, at, {}, way, ZERO), {}) for way in ways]
         turning = [tree.of_rotors(way) for way in ways]
         along, moved, pivots = ways, inertias, turned
         if carried:
@@ -167,7 +167,7 @@ class Free(NamedTuple):
             of_others = triangle(resting, carried.dependent)
             decided = {*carried.resting, *carried.dependent}
             along = _ways(of_others, [rate for rate in v if rate not in decided])
-            moved = [shares(tree, at, moving(tree, at, {}, way, ZERO), {}) for way in along]
+            moved = [shares(tree, moving(tree, at, {}, way, ZERO), {}) for way in along]
             pivots = [*turned, *of_others]
         narrowness: Scalar = 0.0
         for (column, row), size in zip(pivots, sizes, strict=True):
@@ -231,7 +231,7 @@ class Free(NamedTuple):
     ) -> dict[int, Scalar]:
         """Return accelerations with those along ways that forces give."""
         motion = moving(self.tree, self.at, v, decided, base)
-        resisting = shares(self.tree, self.at, motion, {})
+        resisting = shares(self.tree, motion, {})
         efforts = self.tree.beside_rotors(efforts, decided)
         left = [
             product(way, efforts) - work(resisting, own)

@@ -7,8 +7,8 @@ there as well.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from typing import NamedTuple, TypeAlias
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ...kit.arrays import NOTHING, Array
 from ..tape import absolute, greater, is_zero
 from .vectors import Scalar
 
+Found = TypeVar("Found")
 Row = Mapping[int, Scalar]
 """Column to entry of a row of a sparse matrix."""
 Blocks: TypeAlias = Sequence[tuple[Collection[int], Collection[int]]]
@@ -141,11 +142,28 @@ class Eliminated(NamedTuple):
         self._taken_back(result)
         return result
 
+    def balanced(
+        self,
+        found: Callable[[Mapping[int, Scalar]], Found],
+        lacking: Callable[[Found], Mapping[int, Scalar]],
+    ) -> Found:
+        """Return what is found with y, by which Aᵀ y makes up for all that is lacking.
+
+        Args:
+            found: returns what is found with some y, which is zero where it is missing.
+            lacking: returns b - Aᵀ y by columns, of what is found.
+        """
+        return found(self.solve_transposed(lacking(found({}))))
+
     def dependence(self, row: int) -> dict[int, Scalar]:
         """Return y with Aᵀ y = 0 that is one in a redundant row, zero in the other ones."""
         result: dict[int, Scalar] = {row: 1.0}
         self._taken_back(result)
         return {index: value for index, value in result.items() if not is_zero(value)}
+
+    def chosen(self, amounts: dict[int, Scalar]) -> dict[int, Scalar]:
+        """Return amounts of dependences that something else than the rows decides."""
+        return amounts
 
     def _taken_back(self, result: dict[int, Scalar]) -> None:
         """Turn combinations of eliminated rows into those of the rows as they were."""

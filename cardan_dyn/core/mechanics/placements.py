@@ -1,6 +1,7 @@
 """Placements: where the bodies of a tree are, along what their coordinates move them, and how fast.
 
-All vectors are in the tree's axes, points from its origin.
+Vectors are in the tree's axes, points from its origin; those of a motion are in axes of bodies, in
+which levers, centres of mass and most axes of joints are numbers, many of them zero.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from .vectors import (
     about_axis,
     added,
     cross,
-    less,
     of_quaternion,
     product,
+    seen,
     times,
     turned,
 )
@@ -35,12 +36,15 @@ class Placed(NamedTuple):
         rotations, points: of the bodies' frames.
         directions: velocity coordinate to the unit vector along or about which it moves.
         positions: likewise to the angle or the slide of what is no ball.
+        turns, levers: of the bodies' frames, from those of the bodies that carry them.
     """
 
     rotations: list[Rotation]
     points: list[Vector]
     directions: dict[int, Vector]
     positions: dict[int, Scalar]
+    turns: list[Rotation]
+    levers: list[Vector]
 
     def end(self, end: End) -> tuple[Rotation, Vector]:
         """Return where the end of a loop is: its rotation, and its point from its body's."""
@@ -59,6 +63,14 @@ class Placed(NamedTuple):
         """Return where a body's frame is; the origin for the world."""
         return ZERO if body < 0 else self.points[body]
 
+    def in_tree(self, body: int, vector: Vector) -> Vector:
+        """Return a vector in the axes of a body, or of the world, in those of the tree."""
+        return vector if body < 0 else turned(self.rotations[body], vector)
+
+    def in_body(self, body: int, vector: Vector) -> Vector:
+        """Return a vector in the tree's axes in those of a body, or of the world."""
+        return vector if body < 0 else seen(self.rotations[body], vector)
+
 
 def placed(tree: Tree, x: Mapping[int, Scalar]) -> Placed:
     """Place all bodies: R = R_p R_0 R(q), p = p_p + R_p p_0 (Featherstone 2008, chapter 4).
@@ -72,15 +84,18 @@ def placed(tree: Tree, x: Mapping[int, Scalar]) -> Placed:
     points: list[Vector] = []
     directions: dict[int, Vector] = {}
     positions: dict[int, Scalar] = {}
+    turns: list[Rotation] = []
+    levers: list[Vector] = []
     for body in tree.bodies:
-        carrier, point = UNTURNED, body.translation
-        rotation = body.rotation
+        carrier, lever = UNTURNED, body.translation
+        point, rotation, turn = lever, body.rotation, UNTURNED
         if body.parent >= 0:
             carrier = rotations[body.parent]
             point = added(points[body.parent], turned(carrier, body.translation))
             rotation = carrier if rotation is UNTURNED else product(carrier, rotation)
         if body.kind == "spherical":
-            rotation = product(rotation, of_quaternion([x[body.column + k] for k in range(4)]))
+            turn = of_quaternion([x[body.column + k] for k in range(4)])
+            rotation = product(rotation, turn)
             directions.update(zip(body.rates, rotation, strict=True))
         else:
             (rate,) = body.rates
@@ -89,17 +104,22 @@ def placed(tree: Tree, x: Mapping[int, Scalar]) -> Placed:
             directions[rate], positions[rate] = axis, value
             if body.kind == "prismatic":
                 point = added(point, times(axis, value))
+                lever = added(lever, times(turned(body.rotation, *body.directions), value))
             elif isinstance(own, int):
+                turn = about_axis(UNTURNED, own, sin(value), cos(value))
                 rotation = about_axis(rotation, own, sin(value), cos(value))
             else:
-                rotation = product(rotation, about(own, sin(value), cos(value)))
+                turn = about(own, sin(value), cos(value))
+                rotation = product(rotation, turn)
         rotations.append(rotation)
         points.append(point)
-    return Placed(rotations, points, directions, positions)
+        turns.append(turn if body.rotation is UNTURNED else product(body.rotation, turn))
+        levers.append(lever)
+    return Placed(rotations, points, directions, positions, turns, levers)
 
 
 class Motion(NamedTuple):
-    """How the bodies move.
+    """How the bodies move, each in its own axes.
 
     Attributes:
         spins, spin_rates: angular velocities and accelerations.
@@ -130,7 +150,7 @@ class Motion(NamedTuple):
 def moving(
     tree: Tree, at: Placed, v: Mapping[int, Scalar], a: Mapping[int, Scalar], base: Vector
 ) -> Motion:
-    """Return how the bodies move (Featherstone 2008, chapter 5, in the tree's axes).
+    """Return how the bodies move (Featherstone 2008, chapter 5).
 
     Args:
         tree: the bodies.
@@ -140,22 +160,16 @@ def moving(
         base: acceleration of the world, which is that of free fall with its sign changed where
             weight is to be counted.
     """
-    spins: list[Vector] = []
-    spin_rates: list[Vector] = []
-    accelerations: list[Vector] = []
-    for index, body in enumerate(tree.bodies):
-        spin, spin_rate, acceleration = ZERO, ZERO, base
-        if body.parent >= 0:
-            parent = body.parent
-            spin, spin_rate = spins[parent], spin_rates[parent]
-            lever = less(at.points[index], at.points[parent])
-            acceleration = added(
-                accelerations[parent],
-                added(cross(spin_rate, lever), cross(spin, cross(spin, lever))),
-            )
+    result = Motion([], [], [])
+    for index, (body, turn) in enumerate(zip(tree.bodies, at.turns, strict=True)):
+        parent, acceleration = body.parent, base
+        if parent >= 0:
+            acceleration = result.at(parent, at.levers[index])
+        spin, spin_rate, acceleration = (
+            seen(turn, of) for of in (result.spin(parent), result.spin_rate(parent), acceleration)
+        )
         relative, change = ZERO, ZERO
-        for rate in body.rates:
-            axis = at.directions[rate]
+        for rate, axis in zip(body.rates, body.directions, strict=True):
             relative = added(relative, times(axis, v.get(rate, 0.0)))
             change = added(change, times(axis, a.get(rate, 0.0)))
         turning = cross(spin, relative)
@@ -165,10 +179,9 @@ def moving(
         else:
             spin_rate = added(spin_rate, added(change, turning))
             spin = added(spin, relative)
-        spins.append(spin)
-        spin_rates.append(spin_rate)
-        accelerations.append(acceleration)
-    return Motion(spins, spin_rates, accelerations)
+        for own, of_body in zip(result, (spin, spin_rate, acceleration), strict=True):
+            own.append(of_body)
+    return result
 
 
 def stepped(body: Body, x: Mapping[int, Scalar], step: Mapping[int, Scalar]) -> dict[int, Scalar]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...kit.arrays import NOTHING, generic
 from ..tape import is_zero, sqrt
+from . import closure
 from .bodies import Tree
 from .elimination import (
     Eliminated,
@@ -26,7 +27,20 @@ from .elimination import (
     product,
 )
 from .placements import Motion, Placed
-from .vectors import ZERO, Rotation, Scalar, Vector, added, cross, dot, less, seen, times, turned
+from .vectors import (
+    UNTURNED,
+    ZERO,
+    Rotation,
+    Scalar,
+    Vector,
+    added,
+    cross,
+    dot,
+    less,
+    seen,
+    times,
+    turned,
+)
 
 
 class Push(NamedTuple):
@@ -34,8 +48,8 @@ class Push(NamedTuple):
 
     Attributes:
         body: index.
-        lever: from the body's frame to where the force acts.
-        force, moment: in the tree's axes.
+        lever: from the body's frame to where the force acts, in its axes.
+        force, moment: likewise.
     """
 
     body: int
@@ -45,7 +59,7 @@ class Push(NamedTuple):
 
 
 class Wrenches(NamedTuple):
-    """Wrenches in the tree's axes, each about its body's frame.
+    """Wrenches about and in the axes of their bodies' frames.
 
     Attributes:
         forces, moments: body by body.
@@ -80,9 +94,9 @@ class Wrenches(NamedTuple):
         for index in sorted(bodies, reverse=True):
             parent = tree.bodies[index].parent
             if parent >= 0 and (among is None or parent in among):
-                lever = less(at.points[index], at.points[parent])
-                forces[parent] = added(forces[parent], forces[index])
-                moment = added(moments[index], cross(lever, forces[index]))
+                force, moment = (turned(at.turns[index], of[index]) for of in (forces, moments))
+                forces[parent] = added(forces[parent], force)
+                moment = added(moment, cross(at.levers[index], force))
                 moments[parent] = added(moments[parent], moment)
         return Wrenches(forces, moments)
 
@@ -95,45 +109,42 @@ class Wrenches(NamedTuple):
         pairs = zip(self, other, strict=True)
         return Wrenches(*(list(map(added, mine, theirs)) for mine, theirs in pairs))
 
-    def along(self, tree: Tree, at: Placed, rates: Collection[int]) -> dict[int, Scalar]:
+    def along(self, tree: Tree, rates: Collection[int]) -> dict[int, Scalar]:
         """Return what acts along velocity coordinates."""
         result: dict[int, Scalar] = {}
         for index, body in enumerate(tree.bodies):
             vectors = self.forces if body.kind == "prismatic" else self.moments
-            for rate in body.rates:
+            for rate, direction in zip(body.rates, body.directions, strict=True):
                 if rate in rates:
-                    result[rate] = dot(at.directions[rate], vectors[index])
+                    result[rate] = dot(direction, vectors[index])
         return result
 
 
-def momentum_rates(
-    tree: Tree, at: Placed, motion: Motion, factors: Mapping[str, Scalar]
-) -> Wrenches:
-    """Return what moves each body by itself (Featherstone 2008, chapter 2, in the tree's axes).
+def momentum_rates(tree: Tree, motion: Motion, factors: Mapping[str, Scalar]) -> Wrenches:
+    """Return what moves each body by itself (Featherstone 2008, chapter 2).
 
     Args:
         tree: the bodies.
-        at: where they are.
         motion: with weight as an acceleration of the world.
         factors: link to the factor on its mass and inertia.
     """
     result = Wrenches.none(tree)
-    for share in shares(tree, at, motion, factors):
+    for share in shares(tree, motion, factors):
         force, index = share.force, share.body
-        moment = added(cross(share.lever, force), turned(at.rotations[index], share.moment))
+        moment = added(cross(share.lever, force), share.moment)
         result.forces[index] = added(result.forces[index], force)
         result.moments[index] = added(result.moments[index], moment)
     return result
 
 
 class Share(NamedTuple):
-    """How a mass that a body carries moves, and what moves it.
+    """How a mass that a body carries moves, and what moves it, in the body's axes.
 
     Attributes:
         body: index.
         lever: from the body's frame to the centre of mass.
-        acceleration, force: of the centre, in the tree's axes.
-        spin_rate, moment: about it, in the body's axes.
+        acceleration, force: of the centre.
+        spin_rate, moment: about it.
     """
 
     body: int
@@ -144,21 +155,19 @@ class Share(NamedTuple):
     moment: Vector
 
 
-def shares(tree: Tree, at: Placed, motion: Motion, factors: Mapping[str, Scalar]) -> list[Share]:
+def shares(tree: Tree, motion: Motion, factors: Mapping[str, Scalar]) -> list[Share]:
     """Return how masses move: forces m a, moments J ω̇ + ω × J ω; see `momentum_rates`."""
     result = []
     for index, body in enumerate(tree.bodies):
         for mass in body.masses:
             factor = factors[mass.link] - 1.0 if mass.link else 1.0
-            rotation = at.rotations[index]
-            lever = turned(rotation, mass.centre)
-            acceleration = motion.at(index, lever)
-            spin, rate = (seen(rotation, of[index]) for of in (motion.spins, motion.spin_rates))
+            acceleration = motion.at(index, mass.centre)
+            spin, rate = motion.spins[index], motion.spin_rates[index]
             moment = added(turned(mass.inertia, rate), cross(spin, turned(mass.inertia, spin)))
             result.append(
                 Share(
                     index,
-                    lever,
+                    mass.centre,
                     acceleration,
                     times(acceleration, factor * mass.mass),
                     rate,
@@ -207,8 +216,9 @@ class Closed(NamedTuple):
     """Wrenches that closure forces exert. What is missing vanishes.
 
     Attributes:
-        wrenches: body to the wrench of its joint, in the tree's axes, about its frame.
-        exchanged: loop to force and moment of the predecessor on the successor about the weld.
+        wrenches: body to the wrench of its joint, about and in the axes of its frame.
+        exchanged: loop to force and moment of the predecessor on the successor about the weld, in
+            the tree's axes.
         couplings: to their moments at their successors' joints.
     """
 
@@ -217,13 +227,22 @@ class Closed(NamedTuple):
     couplings: dict[int, Scalar]
 
     @staticmethod
-    def of(tree: Tree, at: Placed, multipliers: Mapping[int, Scalar]) -> Closed:
-        """Return what multipliers of the closure rows exert, by their rows; others do nothing."""
+    def of(
+        tree: Tree, at: Placed, multipliers: Mapping[int, Scalar], carried: Wrenches | None = None
+    ) -> Closed:
+        """Return what multipliers of the closure rows exert, by their rows; others do nothing.
+
+        Args:
+            tree: the mechanism.
+            at: where it is.
+            multipliers: these.
+            carried: what moves each body by itself, to be carried besides.
+        """
         couplings = 6 * len(tree.loops)
-        held = Wrenches.none(tree)
+        held = Wrenches(*map(list, carried)) if carried else Wrenches.none(tree)
         exchanged: dict[int, Wrench] = {}
         moments: dict[int, Scalar] = {}
-        loaded: set[int] = set()
+        loaded = set(range(len(tree.bodies))) if carried else set[int]()
         for row in sorted(multipliers):
             index = row // 6
             if couplings <= row < couplings + len(tree.couplings):
@@ -234,8 +253,8 @@ class Closed(NamedTuple):
                 six = [multipliers.get(6 * index + k, 0.0) for k in range(6)]
                 force, moment = tuple(six[:3]), tuple(six[3:])
                 for end, sign in ((loop.predecessor, 1.0), (loop.successor, -1.0)):
-                    lever = at.end(end)[1]
-                    held.against(Push(end.body, lever, times(force, sign), times(moment, sign)))
+                    pair = (at.in_body(end.body, times(of, sign)) for of in (force, moment))
+                    held.against(Push(end.body, end.translation, *pair))
                 exchanged[index] = times(force, -1.0), times(moment, -1.0)
         return Closed(held.passed_on(tree, at, loaded).among(loaded), exchanged, moments)
 
@@ -254,12 +273,41 @@ class Closed(NamedTuple):
             result.couplings[index] = mine + moment * factor
         return result
 
+    def exerted(
+        self, tree: Tree, at: Placed, loads: Mapping[int, Scalar], rates: Collection[int]
+    ) -> dict[int, Scalar]:
+        """Return what acts along velocity coordinates beside loads and couplings.
+
+        Args:
+            tree: the mechanism.
+            at: where it is.
+            loads: velocity coordinate to the effort added there.
+            rates: these coordinates.
+        """
+        every = [self.wrenches[index] for index in range(len(tree.bodies))]
+        forces, moments = ([pair[k] for pair in every] for k in range(2))
+        result = Wrenches(forces, moments).along(tree, rates)
+        for rate, effort in result.items():
+            result[rate] = effort - loads.get(rate, 0.0)
+        for index, moment in self.couplings.items():
+            coupling = tree.couplings[index]
+            for rate in coupling.successors:
+                if rate in result:
+                    result[rate] = result[rate] - moment
+            for rate in coupling.predecessors:
+                if rate in result:
+                    result[rate] = result[rate] + closure.slope(coupling, at) * moment
+        return result
+
     def counted(
         self, tree: Tree, at: Placed, wrench: int
     ) -> tuple[Rotation, Vector, Vector] | None:
-        """Return the wrench of an index, and the axes that it is seen in; None if it vanishes."""
+        """Return the wrench of an index, and the axes that it is seen in; None if it vanishes.
+
+        Axes are told in those of the wrench.
+        """
         if wrench in self.wrenches:
-            return at.rotations[wrench], *self.wrenches[wrench]
+            return UNTURNED, *self.wrenches[wrench]
         if wrench < len(tree.bodies):
             return None
         for index, pair in self.exchanged.items():
@@ -288,7 +336,7 @@ def closed(
     tree: Tree,
     at: Placed,
     factors: Eliminated,
-    open_tree: Wrenches,
+    carried: Wrenches,
     loads: Mapping[int, Scalar],
     statics: Statics,
 ) -> Closed:
@@ -298,34 +346,33 @@ def closed(
         tree: the mechanism.
         at: where it is.
         factors: of its closure rows for the passive coordinates.
-        open_tree: what joints carry while all loops are open.
+        carried: what moves each body by itself.
         loads: velocity coordinate to the effort added there.
         statics: see there.
 
     Raises:
         UnsuitableError: compliances decide more at some samples than at others.
     """
-    along = open_tree.along(tree, at, statics.passives)
-    needed = missing(along, loads, statics.passives)
-    multipliers = {
-        row: value
-        for row, value in factors.solve_transposed(needed).items()
-        if row in statics.balanced
-    }
-    carried = Closed(open_tree.among(range(len(tree.bodies))), {}, {})
-    base = carried.with_added(1.0, Closed.of(tree, at, multipliers))
+
+    def exerting(multipliers: Mapping[int, Scalar]) -> Closed:
+        balanced = {row: value for row, value in multipliers.items() if row in statics.balanced}
+        return Closed.of(tree, at, balanced, carried)
+
+    base = factors.balanced(exerting, lambda of: of.exerted(tree, at, loads, statics.passives))
     stresses = SelfStresses.of(tree, at, factors, statics)
     items = stresses.items
     if items and statics.compliances:
-        base, items = _of_least_energy(tree, at, base, items, statics.compliances)
+        base, items = _of_least_energy(tree, at, factors, base, items, statics.compliances)
     if items:
         of_items = [_entries(tree, at, item, statics.counted) for item in items]
-        base = _least(base, items, of_items, _entries(tree, at, base, statics.counted))
+        own = _entries(tree, at, base, statics.counted)
+        base = _least(factors, base, items, of_items, own)
     of_trains = [_moments(tree, train) for train in stresses.trains]
-    return _least(base, stresses.trains, of_trains, _moments(tree, base))
+    return _least(factors, base, stresses.trains, of_trains, _moments(tree, base))
 
 
 def _least(
+    factors: Eliminated,
     base: Closed,
     items: Sequence[Closed],
     entries: Sequence[Mapping[int, Scalar]],
@@ -334,13 +381,15 @@ def _least(
     """Return the sum of something and of what it may differ by whose entries are least.
 
     Args:
+        factors: see `closed`.
         base: that.
         items: what it may differ by.
         entries: of these.
         own: of that.
     """
     right = [-product(of, own) for of in entries]
-    for column, amount in _factors(_products(entries)).solve(right).items():
+    amounts = _factors(_products(entries)).solve(right)
+    for column, amount in factors.chosen(amounts).items():
         base = base.with_added(amount, items[column])
     return base
 
@@ -348,6 +397,7 @@ def _least(
 def _of_least_energy(
     tree: Tree,
     at: Placed,
+    factors: Eliminated,
     base: Closed,
     items: Sequence[Closed],
     compliances: Sequence[Compliance],
@@ -369,10 +419,11 @@ def _of_least_energy(
             found = of.counted(tree, at, wrench)
             if found is None:
                 continue
-            rotation, force, moment = found
+            rotation, *pair = found
             if first >= 0:
                 rotation = at.at_zero(tree, first)
-            own = *seen(rotation, force), *seen(rotation, moment)
+                pair = [at.in_tree(wrench, vector) for vector in pair]
+            own = [value for vector in pair for value in seen(rotation, vector)]
             for component, row in enumerate(matrix):
                 forces[6 * wrench + component] = own[component]
                 ways[6 * wrench + component] = sum(
@@ -394,17 +445,18 @@ def _of_least_energy(
     decided = _decided_by(energy, bounds)
     left = [index for index in range(len(items)) if index not in decided]
     within = [{c: row[c] for c in decided if c in row} for row in energy]
-    factors = eliminated(
+    of_decided = eliminated(
         [within[row] for row in decided],
         Order([Pivot(place, column, 1.0) for place, column in enumerate(decided)]),
     )
-    for column, amount in factors.solve([-product(forces[row], own) for row in decided]).items():
+    amounts = of_decided.solve([-product(forces[row], own) for row in decided])
+    for column, amount in factors.chosen(amounts).items():
         base = base.with_added(amount, items[column])
     silent = []
     for index in left:
         item = items[index]
         right = [-energy[row].get(index, 0.0) for row in decided]
-        for column, amount in factors.solve(right).items():
+        for column, amount in factors.chosen(of_decided.solve(right)).items():
             item = item.with_added(amount, items[column])
         silent.append(item)
     return base, silent

@@ -35,7 +35,7 @@ from .reactions import (
     momentum_rates,
     self_stress,
 )
-from .vectors import ZERO, Rotation, Scalar, Vector, seen, times, turned
+from .vectors import ZERO, Scalar, Vector, seen, times, turned
 
 
 class Block(NamedTuple):
@@ -119,7 +119,7 @@ class LinkForce(NamedTuple):
     """A wrench on a link, in the link's axes or in those of the tree.
 
     Attributes:
-        body: index.
+        body: index; -1 for the world.
         rotation: of the link's axes in the body; None where the wrench is in the tree's axes.
         lever: from the body's frame to the point, in the body's axes.
         force, moment: about the point.
@@ -132,16 +132,14 @@ class LinkForce(NamedTuple):
     moment: Vector
 
     def push(self, at: Placed) -> Push:
-        """Return it in the tree's axes."""
-        if self.body < 0:
-            return Push(-1, self.lever, self.force, self.moment)
-        rotation = at.rotations[self.body]
-        force, moment = self.force, self.moment
-        if self.rotation is not None:
-            force, moment = (
-                turned(rotation, turned(self.rotation, vector)) for vector in (force, moment)
-            )
-        return Push(self.body, turned(rotation, self.lever), force, moment)
+        """Return it in the body's axes."""
+        force, moment = (
+            at.in_body(self.body, vector)
+            if self.rotation is None
+            else turned(self.rotation, vector)
+            for vector in (self.force, self.moment)
+        )
+        return Push(self.body, self.lever, force, moment)
 
 
 class Given(NamedTuple):
@@ -395,32 +393,33 @@ def solved_at(
     if moves_alone:
         return found
     motion = moving(tree, at, v, a, times(given.gravity, -1.0))
-    carried = momentum_rates(tree, at, motion, given.factors)
+    carried = momentum_rates(tree, motion, given.factors)
     for link_force in given.link_forces:
         carried.against(link_force.push(at))
-    open_tree = carried.passed_on(tree, at)
     loads = tree.beside_rotors(given.loads, a)
     if tree.spins:
+        open_tree = carried.passed_on(tree, at)
         added, more, unheld = spinning.spun(tree, at, factors, open_tree, loads, given.factors)
         loads = tree.beside_rotors(loads, added)
         a = {rate: a.get(rate, 0.0) + added.get(rate, 0.0) for rate in {**a, **added}}
-        open_tree = open_tree.and_also(more)
+        carried = carried.and_also(more)
         found = found._replace(a=a, unheld=unheld)
     if roles.efforts_alone:
-        efforts = _by_virtual_work(tree, at, roles, ratios, open_tree, loads)
+        open_tree = carried.passed_on(tree, at)
+        efforts = _by_virtual_work(tree, roles, ratios, open_tree, loads)
         return found._replace(exerted=efforts)
-    result = closed(tree, at, factors, open_tree, loads, roles.statics)
+    result = closed(tree, at, factors, carried, loads, roles.statics)
     moments, rests = dict(result.couplings), {}
     if tree.gears:
-        open_tree = open_tree.and_also(teeth.pushes(tree, at, position.x, moments))
-        result = closed(tree, at, factors, open_tree, loads, roles.statics)
+        carried = carried.and_also(teeth.pushes(tree, at, position.x, moments))
+        result = closed(tree, at, factors, carried, loads, roles.statics)
         rests = {gear.coupling: result.couplings.get(gear.coupling, 0.0) for gear in tree.gears}
         borne = {coupling: moments.get(coupling, 0.0) for coupling in rests}
         moments = dict(result.couplings)
         for coupling, moment in borne.items():
             moments[coupling] = moments.get(coupling, 0.0) + moment
-    efforts = _exerted(tree, at, roles, result, loads)
-    wrenches, fixed = _in_frames(tree, at, result)
+    efforts = result.exerted(tree, at, loads, {*roles.drives, *roles.held})
+    wrenches, fixed = result.wrenches, _fixed(tree, at, result)
     return found._replace(
         wrenches=wrenches, fixed=fixed, exerted=efforts, couplings=moments, rests=rests
     )
@@ -433,8 +432,8 @@ def stressed_at(position: Position, tree: Tree, roles: Roles) -> Solved:
     """
     at, factors = position.at, position.factors
     stress = self_stress(tree, at, factors, roles.statics)
-    efforts = _exerted(tree, at, roles, stress, {})
-    wrenches, fixed = _in_frames(tree, at, stress)
+    efforts = stress.exerted(tree, at, {}, {*roles.drives, *roles.held})
+    wrenches, fixed = stress.wrenches, _fixed(tree, at, stress)
     still = Solved.moving(position, [{} for _ in roles.drives], {}, {})
     return still._replace(
         wrenches=wrenches, fixed=fixed, exerted=efforts, couplings=stress.couplings
@@ -453,53 +452,24 @@ def openings(
     return stresses.influence(tree, position.at, roles.counted)
 
 
-def _in_frames(tree: Tree, at: Placed, of: Closed) -> tuple[dict[int, Wrench], dict[int, Wrench]]:
-    """Return wrenches of bodies, and of `fixed` loops, see `Solved`."""
-    return (
-        {index: _seen_pair(at.rotations[index], pair) for index, pair in of.wrenches.items()},
-        {
-            tree.loops[index].wrench: _seen_pair(at.end(tree.loops[index].successor)[0], pair)
-            for index, pair in of.exchanged.items()
-            if tree.loops[index].wrench >= 0
-        },
-    )
-
-
-def _seen_pair(rotation: Rotation, pair: Wrench) -> Wrench:
-    """Return force and moment in the axes of a turned body."""
-    return seen(rotation, pair[0]), seen(rotation, pair[1])
+def _fixed(tree: Tree, at: Placed, of: Closed) -> dict[int, Wrench]:
+    """Return wrenches of `fixed` loops, see `Solved`."""
+    result = {}
+    for index, (force, moment) in of.exchanged.items():
+        loop = tree.loops[index]
+        if loop.wrench >= 0:
+            rotation, _ = at.end(loop.successor)
+            result[loop.wrench] = seen(rotation, force), seen(rotation, moment)
+    return result
 
 
 def _by_virtual_work(
     tree: Tree,
-    at: Placed,
     roles: Roles,
     ratios: Sequence[Mapping[int, Scalar]],
     open_tree: Wrenches,
     loads: Mapping[int, Scalar],
 ) -> dict[int, Scalar]:
     """Return what drives exert: closure forces do no work (principle of virtual work)."""
-    needed = missing(
-        open_tree.along(tree, at, range(len(tree.units))), loads, range(len(tree.units))
-    )
+    needed = missing(open_tree.along(tree, range(len(tree.units))), loads, range(len(tree.units)))
     return {drive: product(own, needed) for drive, own in zip(roles.drives, ratios, strict=True)}
-
-
-def _exerted(
-    tree: Tree, at: Placed, roles: Roles, of: Closed, loads: Mapping[int, Scalar]
-) -> dict[int, Scalar]:
-    """Return what drives and held joints exert."""
-    every = [of.wrenches[index] for index in range(len(tree.bodies))]
-    forces, moments = ([pair[k] for pair in every] for k in range(2))
-    result = Wrenches(forces, moments).along(tree, at, {*roles.drives, *roles.held})
-    for rate, effort in result.items():
-        result[rate] = effort - loads.get(rate, 0.0)
-    for index, moment in of.couplings.items():
-        coupling = tree.couplings[index]
-        for rate in coupling.successors:
-            if rate in result:
-                result[rate] = result[rate] - moment
-        for rate in coupling.predecessors:
-            if rate in result:
-                result[rate] = result[rate] + closure.slope(coupling, at) * moment
-    return result

@@ -28,7 +28,7 @@ class Spun(NamedTuple):
 
     Attributes:
         accelerations: velocity coordinate to what they add to it.
-        wrenches: what they add to the wrenches of the open tree.
+        wrenches: what they add to what moves each body by itself.
         unheld: per rod, above 0 where a moment acts about a line against which nothing resists.
     """
 
@@ -64,15 +64,14 @@ def spun(
         units.append({rate: rates[rate] for rate in spin.rates if rate in rates})
     every = {rate for unit in units for rate in unit}
 
-    def carried(accelerations: Mapping[int, Scalar]) -> Wrenches:
-        motion = moving(tree, at, {}, accelerations, ZERO)
-        return momentum_rates(tree, at, motion, inertia).passed_on(tree, at)
+    def moved_by(accelerations: Mapping[int, Scalar]) -> Wrenches:
+        return momentum_rates(tree, moving(tree, at, {}, accelerations, ZERO), inertia)
 
     together = combined(units, [1.0] * len(units))
-    resisting = carried(together).along(tree, at, every)
+    resisting = moved_by(together).passed_on(tree, at).along(tree, every)
     for rate, taken in tree.of_rotors(together).items():
         resisting[rate] = resisting[rate] + taken
-    acting = open_tree.along(tree, at, every)
+    acting = open_tree.along(tree, every)
     greatest: Scalar = 0.0
     for force, moment in zip(*open_tree, strict=True):
         for value in (*times(force, tree.norm_length), *moment):
@@ -88,4 +87,4 @@ def spun(
         # Forces that pass through the line have such a moment by rounding.
         unheld.append(select(resists, 0.0, absolute(about) - NOTHING * greatest))
     accelerations = combined(units, amounts)
-    return Spun(accelerations, carried(accelerations), unheld)
+    return Spun(accelerations, moved_by(accelerations), unheld)

@@ -76,12 +76,12 @@ def row(tree: Tree, at: Placed, spin: Spin, moved: Collection[int]) -> Row:
 
 def drift(at: Placed, motion: Motion, spin: Spin) -> Scalar:
     """Return the acceleration about the line, seen from the frame, of a motion."""
-    line = in_axes(at.rotations[spin.body], spin.line)
-    if spin.frame < 0:
-        return dot(line, motion.spin_rates[spin.body])
-    relative = less(motion.spins[spin.body], motion.spins[spin.frame])
-    change = less(motion.spin_rates[spin.body], motion.spin_rates[spin.frame])
-    return dot(line, less(change, cross(motion.spins[spin.frame], relative)))
+    own, frame = (
+        [at.in_tree(body, of) for of in (motion.spin(body), motion.spin_rate(body))]
+        for body in (spin.body, spin.frame)
+    )
+    relative, change = map(less, own, frame)
+    return dot(at.in_tree(spin.body, spin.line), less(change, cross(frame[0], relative)))
 
 
 def turned(at: Placed, spin: Spin) -> Scalar:

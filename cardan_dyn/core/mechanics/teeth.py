@@ -45,7 +45,7 @@ def gears_of(tree: Tree, mechanism: Mechanism) -> tuple[Gear, ...]:
 def pushes(
     tree: Tree, at: Placed, x: Mapping[int, Scalar], moments: Mapping[int, Scalar]
 ) -> Wrenches:
-    """Return what holds all gears against the forces of teeth, passed on inwards.
+    """Return what holds all gears against the forces of teeth.
 
     Args:
         tree: the mechanism.
@@ -58,14 +58,13 @@ def pushes(
         moment = moments.get(gear.coupling, 0.0)
         angle = x[gear.column] * -gear.sense
         turn = about(gear.axis, sin(angle), cos(angle))
-        # From the joint's frame at zero to the gear's side of the joint, and on to the tree's axes.
+        # From the joint's frame at zero to the gear's side of the joint, and on to the gear's axes.
         force, about_origin = (
-            turned(at.rotations[gear.body], turned(gear.rotation, turned(turn, vector)))
+            turned(gear.rotation, turned(turn, vector))
             for vector in (
                 added(times(linear, moment), times(radial, absolute(moment)))
                 for linear, radial in zip(gear.linear, gear.radial, strict=True)
             )
         )
-        lever = turned(at.rotations[gear.body], gear.lever)
-        result.against(Push(gear.body, lever, force, about_origin))
-    return result.passed_on(tree, at)
+        result.against(Push(gear.body, gear.lever, force, about_origin))
+    return result

@@ -93,7 +93,7 @@ def test_passive_joints_pass_their_loads_alone(name: str) -> None:
     found = solved(item)
     every = [found.wrenches[index] for index in range(len(item.tree.bodies))]
     wrenches = Wrenches([force for force, _ in every], [moment for _, moment in every])
-    along = wrenches.along(item.tree, item.at, item.statics.passives)
+    along = wrenches.along(item.tree, item.statics.passives)
     size = np.abs(vector(item, found)).max()
     for rate, effort in along.items():
         assert abs(effort - item.loads[rate]) < 1e-11 * size
@@ -116,9 +116,11 @@ def joint_forms(item: Case, compliances: list[Compliance]) -> np.ndarray:
     scale = np.repeat([1.0 / tree.norm_length, 1.0], 3)
     for index, first, matrix in compliances:
         place = 6 * counted.index(index)
-        zero = np.array(item.at.at_zero(tree, first), dtype=float)
+        zero, body = (
+            np.array(of) for of in (item.at.at_zero(tree, first), item.at.rotations[index])
+        )
         turn = np.zeros((6, 6))
-        turn[:3, :3] = turn[3:, 3:] = zero
+        turn[:3, :3] = turn[3:, 3:] = zero @ body.T
         own = turn.T @ np.array(matrix) @ turn
         result[place : place + 6, place : place + 6] = scale[:, None] * own * scale
     return result
