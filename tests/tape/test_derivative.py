@@ -176,6 +176,35 @@ def test_changes_are_sums_of_others_in_several_directions() -> None:
     assert found[rows].tolist() == [[0, 28, 0], [0, 0, 0]]
 
 
+def test_what_all_directions_have_in_common_is_computed_once() -> None:
+    """Of a function of one sum, each further direction takes a term of it and a product."""
+    trace = Trace()
+    x = [trace.input(f"x{k}", 1.0) for k in range(24)]
+    angle = sum((tape.sin(value) for value in x), 0.0)
+    y = tape.sin(angle) * tape.cos(angle) * angle + tape.tanh(angle) * tape.sin(2.0 * angle)
+    (forward, _), (backward, _) = maps(trace, [y], x)
+    for program in (forward, backward):
+        assert len(program.graph.operations) - len(trace.nodes) < 3 * len(x)
+
+
+def test_nodes_come_in_turn() -> None:
+    """No sooner than needed where they have none; and what is computed stays the same."""
+    rng = np.random.default_rng(2)
+    trace = Trace()
+    values: list[Scalar] = [trace.input(f"x{k}", 1.0) for k in range(4)]
+    for _ in range(200):
+        first, second = (values[k] for k in rng.integers(0, len(values), 2))
+        values.append(tape.tanh(first) + second * 0.5)
+    graph = Program(trace, values[-20:]).graph
+    moved = graph.in_turn(np.arange(5))
+    places = {name: float(k) for k, name in enumerate(graph.inputs)}
+    found, same = (Program.of(of).run_on_arrays(places, 1) for of in (moved, graph))
+    assert found.tolist() == same.tolist()
+    assert moved.outputs.tolist() != graph.outputs.tolist()
+    for node, (operation, arguments) in enumerate(moved.nodes()):
+        assert operation in ("constant", "input") or max(arguments) < node
+
+
 def test_sides_that_are_not_chosen_do_not_matter() -> None:
     """A derivative of the other side may be infinite or NaN."""
     trace = Trace()

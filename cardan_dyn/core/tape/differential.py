@@ -8,8 +8,11 @@ only what changes in a direction is part of them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -63,7 +66,7 @@ class Differential:
     def __init__(self, trace: Trace) -> None:
         """Begin without any."""
         self._trace, self._count = trace, 0
-        self._terms: list[tuple[int, int, int, int, int]] = []
+        self._sums: dict[int, list[tuple[Factor, int]]] = {}
 
     def free(self) -> int:
         """Return a change that depends on nothing."""
@@ -72,21 +75,11 @@ class Differential:
 
     def sum(self, terms: Iterable[tuple[Factor, int]]) -> int:
         """Return a sum of changes, each times a factor; `NOTHING` of nothing."""
-        total = self._count
-        for (number, is_one), change in terms:
-            if change == NOTHING or is_zero(number):
-                continue
-            sign, factor, is_number = 1, NOTHING, type(number) is not Variable
-            if is_number and number < 0.0:
-                sign, number = -1, -number
-            elif not is_number and is_one is None and number.operation == "negative":
-                sign, number = -1, self._trace.nodes[number.arguments[0]]
-            if not (is_number and number == 1.0):
-                factor = self._trace.index(number)
-            chosen = 0 if is_one is None else 1 if is_one else -1
-            self._terms.append((total, change, factor, sign, chosen))
-            self._count = total + 1
-        return total if self._count > total else NOTHING
+        own = [(of, way) for of, way in terms if way != NOTHING and not is_zero(of.number)]
+        if not own:
+            return NOTHING
+        self._sums[self._count] = own
+        return self.free()
 
     def tangents(
         self, outputs: Sequence[Scalar], changes: dict[Variable, int], adds: bool = False
@@ -131,7 +124,9 @@ class Differential:
             The program, which keeps all inputs of the trace; and `(directions, wanted)` rows,
             `NOTHING` where a change is zero.
         """
-        return self._program(self._every, directions, wanted, others)
+        ways = {change for of in directions for change in of}
+        terms = self._shortened(ways, wanted, len(directions))
+        return self._program(terms, directions, wanted, others)
 
     def backwards(
         self,
@@ -147,13 +142,98 @@ class Differential:
             others: see `forwards`.
         """
         last = self._count - 1
+        ends = {change for of in directions for change in of}
+        terms = self._shortened(wanted, ends, len(directions))
         turned = [{last - change: x for change, x in of.items()} for of in directions]
         own = [last - change if change != NOTHING else NOTHING for change in wanted]
-        return self._program(self._every.backwards(last), turned, own, others)
+        return self._program(terms.backwards(last), turned, own, others)
 
-    @property
-    def _every(self) -> _Terms:
-        return _Terms(*np.array(self._terms, dtype=np.int64).reshape(-1, 5).T)
+    def _shortened(self, starts: Collection[int], ends: Collection[int], directions: int) -> _Terms:
+        """Return terms by which ends change with starts.
+
+        Changes between them are left out where paths around these are fewer, so that products of
+        factors are made once instead of in each direction (vertex elimination: Griewank and
+        Walther 2008, chapter 10).
+
+        Args:
+            starts: changes that begin.
+            ends: changes that are asked for.
+            directions: number of directions in which terms are computed.
+        """
+        kept, moving = {*starts, *ends}, {*starts}
+        chosen: list[tuple[int, int, Factor]] = []
+        sums: dict[int, dict[int, Scalar]] = {}
+        users: dict[int, set[int]] = defaultdict(set)
+        for total, terms in self._sums.items():
+            for factor, of in terms:
+                if of in moving:
+                    moving.add(total)
+                    if factor.is_one is None:
+                        own = sums.setdefault(total, {})
+                        own[of] = own.get(of, 0.0) + factor.number
+                        users[of].add(total)
+                    else:
+                        chosen.append((total, of, factor))
+                        kept |= {total, of}
+        # What costs as much either way is left out as well: terms may meet further on.
+        for change in [*sums, *reversed([*sums])]:
+            if change in kept or change not in sums:
+                continue
+            own, above = sums[change], users[change]
+            if above and not self._pays(own, [(sums[k], change) for k in above], directions):
+                continue
+            del sums[change]
+            for of, number in own.items():
+                users[of].discard(change)
+                users[of] |= above
+                for total in above:
+                    term = sums[total][change] * number
+                    sums[total][of] = sums[total].get(of, 0.0) + term
+            for total in above:
+                del sums[total][change]
+        every = [
+            (total, of, Factor(x))
+            for total, own in sums.items()
+            for of, x in own.items()
+            if not is_zero(x)
+        ]
+        rows = [self._term(*item) for item in sorted(chain(every, chosen), key=itemgetter(0))]
+        return _Terms(*np.array(rows, dtype=np.int64).reshape(-1, 5).T)
+
+    @staticmethod
+    def _pays(
+        own: Mapping[int, Scalar],
+        above: Sequence[tuple[Mapping[int, Scalar], int]],
+        directions: int,
+    ) -> bool:
+        """Return whether no more operations are written if a change is left out.
+
+        Args:
+            own: terms of the change.
+            above: terms of sums in which it is one, and its number.
+            directions: see `_shortened`.
+        """
+        saved, once = sum(map(_cost, own.values())) - 1, 0
+        for terms, change in above:
+            factor = _cost(terms[change])
+            saved += factor
+            for of, x in own.items():
+                product = factor + _cost(x)
+                once += (product == 4) + (of in terms)
+                saved -= 0 if of in terms else 1 + (product > 2)
+        return directions * saved >= once
+
+    def _term(self, total: int, of: int, factor: Factor) -> tuple[int, int, int, int, int]:
+        """Return a term, see `_Terms`."""
+        number, is_one = factor
+        sign, node, is_number = 1, NOTHING, type(number) is not Variable
+        if is_number and number < 0.0:
+            sign, number = -1, -number
+        elif not is_number and is_one is None and number.operation == "negative":
+            sign, number = -1, self._trace.nodes[number.arguments[0]]
+        if not (is_number and number == 1.0):
+            node = self._trace.index(number)
+        return total, of, node, sign, 0 if is_one is None else 1 if is_one else -1
 
     def _program(
         self,
@@ -190,15 +270,17 @@ class Differential:
         nodes = np.full(len(trace.nodes), one)
         nodes[[x.index for x in own]] = known[len(others) + len(starts) :]
         nodes = nodes[terms.factors]
-        parts, places, seeds = [], np.empty((len(directions), len(wanted)), dtype=int), len(others)
+        places = np.empty((len(directions), len(wanted)), dtype=int)
+        parts, seeds, turns = [], len(others), [np.zeros(0, dtype=int)]
         end = len(graph.operations)
         for k, of in enumerate(directions):
             acts = (bits[terms.of, k // 8] >> (k % 8) & 1) > 0
             begun = dict(zip(of, known[seeds : seeds + len(of)], strict=True))
             seeds += len(of)
             ends = np.full(self._count + 1, NOTHING)
-            part = _written(terms.only(acts), nodes[acts], begun, (zero, one, end), ends)
+            part, of_terms = _written(terms.only(acts), nodes[acts], begun, (zero, one, end), ends)
             places[k] = ends[[*wanted]]
+            turns.append(np.flatnonzero(acts)[of_terms])
             end += len(part)
             parts.append(part)
         written = np.concatenate([np.zeros((0, 4), dtype=np.int32), *parts])
@@ -210,7 +292,15 @@ class Differential:
             outputs=np.concatenate([known[: len(others)], found]).astype(np.int32),
         )
         rows = np.searchsorted(found, places) + len(others)
-        return Program.of(whole), np.where(places == NOTHING, NOTHING, rows)
+        # What is written of a term in all directions comes together, and its factor right before:
+        # so less has to be kept meanwhile.
+        program = Program.of(whole.in_turn(np.concatenate(turns)))
+        return program, np.where(places == NOTHING, NOTHING, rows)
+
+
+def _cost(factor: Scalar) -> int:
+    """Return the operations of a term: a sum, and a product unless the factor is one."""
+    return 1 if type(factor) is float and abs(factor) == 1.0 else 2
 
 
 def _written(
@@ -219,7 +309,7 @@ def _written(
     begun: Mapping[int, int],
     known: tuple[int, int, int],
     ends: Array,
-) -> Array:
+) -> tuple[Array, Array]:
     """Write sums down.
 
     A term takes a node for its product, and one for the sum up to it. What needs neither takes none
@@ -238,7 +328,7 @@ def _written(
         ends: the node of each change, written.
 
     Returns:
-        `(n, 4)` operations of nodes and their arguments.
+        `(n, 4)` operations of nodes and their arguments, and the terms that they are of.
     """
     zero, one, first_node = known
     starts = np.full(len(ends), NOTHING)
@@ -274,4 +364,4 @@ def _written(
     negated = np.column_stack([np.full(len(of), _NEGATIVE), of, none, none])
     own = np.where(is_first[:, None], negated, added)
     written[sums[is_summed] - first_node] = own[is_summed]
-    return written
+    return written, np.repeat(np.arange(len(terms.sums)), is_product.astype(int) + is_summed)

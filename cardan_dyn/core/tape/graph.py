@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
@@ -41,6 +41,37 @@ class Graph:
         """Yield the name of each node's operation, and its arguments."""
         pairs = zip(self.operations.tolist(), self.arguments.tolist(), strict=True)
         return ((NAMES[number], [k for k in row if k >= 0]) for number, row in pairs)
+
+    def in_turn(self, turns: Array) -> Graph:
+        """Return the graph with its last nodes in the order of their turns.
+
+        Args:
+            turns: of these nodes, none later than of those that are made of them. The nodes before
+                come right before the first one that is made of them.
+        """
+        first = np.isin(self.operations, [_NUMBERS[name] for name in (CONSTANT, INPUT, UNIFORM)])
+        arguments = np.where(first[:, None], -1, self.arguments)
+        before = len(first) - len(turns)
+        last = np.max(turns, initial=0)
+        earliest = np.concatenate([np.full(before, last), turns])
+        for own in arguments[before:].T:
+            np.minimum.at(earliest, own[own >= 0], turns[own >= 0])
+        known = earliest[:before].tolist()
+        for node, of_node in reversed([*enumerate(arguments[:before].tolist())]):
+            for k in of_node:
+                if k >= 0:
+                    known[k] = min(known[k], known[node])
+        earliest[:before] = known
+        order = np.argsort(earliest, kind="stable")
+        places = np.empty(len(order) + 1, dtype=np.int32)
+        places[order], places[-1] = np.arange(len(order)), -1
+        moved = np.where(first[:, None], self.arguments, places[arguments])
+        return replace(
+            self,
+            operations=self.operations[order],
+            arguments=moved[order],
+            outputs=places[self.outputs],
+        )
 
     @cached_property
     def uniform(self) -> list[bool]:
