@@ -39,6 +39,10 @@ from .closed_directions import (
 from .free_balls import WithBalls
 from .turning_model import in_lengths, turning_model
 
+UNBOUNDED = (
+    "no effort of the actuated joints makes the task move as given: where it depends on free "
+    "coordinates, these would have to be accelerated without bound"
+)
 _TOGETHER = 16
 """Velocity coordinates up to which chains are taken together: fewer cost as many calls."""
 _WEAK = 1.0 / 30.0
@@ -384,8 +388,7 @@ class ConstrainedChain:
             raise SingularConfigurationError(
                 "the task is at the end of its reach, or where its ways of working meet"
                 if self.weakness(x) < _WEAK
-                else "no effort of the actuated joints makes the task move as given: where it "
-                "depends on free coordinates, these would have to be accelerated without bound; or "
+                else f"{UNBOUNDED}; or "
                 "something moves freely that has no mass, such as a massless rod between two balls "
                 "(write one of its ends as a universal joint)"
             )

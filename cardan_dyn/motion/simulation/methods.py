@@ -9,7 +9,7 @@ import numpy as np
 
 from ...kit.arrays import NOTHING, Array
 from ...kit.errors import CardanError, SimulationError
-from .constrained_model import ConstrainedModel
+from .constrained_model import UNBOUNDED, ConstrainedModel
 from .contact_following import ContactFollowing
 from .crossings import Crossings
 from .energy_functions import energy_functions
@@ -276,6 +276,8 @@ def _followed(
                 last = integration.points[-1]
                 failure = equations.boundless(*last[:3], NEARLY) or failure
                 failure += setup.forces.limits
+                if setup.carried:
+                    failure += f"; it may be that {UNBOUNDED}"
                 break
             if contacts is not None:
                 reason = contacts.follow(integration)
