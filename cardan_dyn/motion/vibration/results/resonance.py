@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....kit.arrays import EPS, NOTHING, ROUNDED, Array
-from ....kit.differences import displacements, slopes
 from ....kit.errors import VibrationError
 from ....kit.periodic import amplitudes
 from ..model.modes import clear_senses, sense_name
@@ -175,10 +174,10 @@ def _refined(
     modes_at: Callable[[Array], Campbell], begin: Crossing, order: float, low: float, high: float
 ) -> Crossing | None:
     """Return the crossing near another one, between two speeds; None without modes there."""
-    at, gap, unit = begin.speed, np.inf, np.ones(1)
+    at, gap, beside = begin.speed, np.inf, np.sqrt(ROUNDED)
     while True:
         # The speed itself first, and those beside it by which a slope is taken.
-        places = at * (1.0 + np.append(0.0, displacements(unit)))
+        places = at * (1.0 + beside * np.array([0.0, -1.0, 1.0]))
         try:
             here = modes_at(places)
         except VibrationError:
@@ -187,9 +186,10 @@ def _refined(
             return None
         mode = int(followed(begin.values, begin.shapes, *here.at(0))[begin.mode])
         gaps, before = order * np.abs(places) - here.frequency[:, mode], gap
-        gap, slope = float(gaps[0]), float(slopes(gaps[1:], unit)[0] / at)
+        gap, slope = float(gaps[0]), float(np.diff(gaps[1:])[0] / (2.0 * beside * at))
         # What shrinks no more is rounding.
-        if not abs(gap) < 0.5 * abs(before) or slope == 0.0:
+        is_met = abs(gap) <= ROUNDED * order * abs(at) or not abs(gap) < 0.5 * abs(before)
+        if is_met or slope == 0.0:
             return Crossing(at, slope, *here.at(0), mode, float(here.whirl[0, mode]))
         at = min(max(at - gap / slope, low), high)
 
