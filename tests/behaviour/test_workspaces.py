@@ -70,6 +70,16 @@ def sides_of(points: Array) -> tuple[float, float]:
     return every[int(np.argmin(off))]
 
 
+def test_places_near_the_end_of_reach_are_of_their_own_working_mode() -> None:
+    """Of a grid this coarse, Newton's method leads some of its edges to the mode beside it."""
+    coarse = five_bar_scene().workspace(ROWS, condition=20.0, every_mode=True, samples=21)
+    for section in coarse.sections:
+        sides = sides_of(section.border("hold"))
+        found = condition(section.border("condition"), sides)
+        assert len(found) > 10
+        np.testing.assert_allclose(found, 20.0, rtol=1e-12)
+
+
 def test_five_bar_reaches_between_circles(five_bar: cd.Workspace) -> None:
     nodes = np.stack(np.meshgrid(*five_bar.grid, indexing="ij"), axis=-1)
     away = np.linalg.norm(nodes[..., None, :] - BASES, axis=-1)

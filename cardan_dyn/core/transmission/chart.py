@@ -111,10 +111,12 @@ class Chart:
             From parts `(K,)` of lines, and which these are (index), to coordinates `(K, size)`.
         """
         begins, way = x[:, self.columns], (ends - x)[:, self.columns]
-        rows = (
-            Rows.along(self.kinematics, self.kinematics.evaluate(each), way) for each in (x, ends)
+        begun = self.kinematics.evaluate(x)
+        inverses = [group.inverse for group in begun.groups]
+        first, last = (
+            Rows.along(self.kinematics, state, way)
+            for state in (begun, self.kinematics.evaluate(ends))
         )
-        first, last = rows
         polynomials = first.quintics(np.ones(len(x)), last)
 
         def places(parts: Array, lines: Array) -> Array:
@@ -122,9 +124,10 @@ class Chart:
             at = guess[:, self.columns] = begins[lines] + parts[:, None] * way[lines]
             state = self.kinematics.close(guess)
             found = state.x
-            (bad,) = np.nonzero(
-                ~((state.residual < CLOSURE_TOLERANCE) & (state.correction < ALLOWED))
-            )
+            is_there = (state.residual < CLOSURE_TOLERANCE) & (state.correction < ALLOWED)
+            # Near the end of reach, where working modes meet, another one may be close.
+            is_there &= self.kinematics.same_side(state, [inverse[lines] for inverse in inverses])
+            (bad,) = np.nonzero(~is_there)
             if bad.size:
                 found[bad], is_there = self.led(x[lines[bad]], at[bad])
                 if not np.all(is_there):
