@@ -137,11 +137,11 @@ class Implicit(Eliminated):
 
 def _numbers(of: Any) -> Iterator[Scalar]:
     """Yield all scalars of what is nested."""
-    if isinstance(of, Mapping | tuple | list):
-        for item in of.values() if isinstance(of, Mapping) else of:
-            yield from _numbers(item)
-    else:
+    if type(of) is Variable or type(of) is float:
         yield of
+    else:
+        for item in of.values() if type(of) is dict else of:
+            yield from _numbers(item)
 
 
 def _marked(values: Mapping[int, Scalar], mark: Variable) -> dict[int, Scalar]:

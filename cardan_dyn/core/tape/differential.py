@@ -183,14 +183,15 @@ class Differential:
             if above and not self._pays(own, [(sums[k], change) for k in above], directions):
                 continue
             del sums[change]
-            for of, number in own.items():
+            for of in own:
                 users[of].discard(change)
                 users[of] |= above
-                for total in above:
-                    term = sums[total][change] * number
-                    sums[total][of] = sums[total].get(of, 0.0) + term
             for total in above:
-                del sums[total][change]
+                terms_of = sums[total]
+                factor = terms_of.pop(change)
+                for of, number in own.items():
+                    term = factor * number
+                    terms_of[of] = terms_of[of] + term if of in terms_of else term
         every = [
             (total, of, Factor(x))
             for total, own in sums.items()
@@ -213,12 +214,13 @@ class Differential:
             above: terms of sums in which it is one, and its number.
             directions: see `_shortened`.
         """
-        saved, once = sum(map(_cost, own.values())) - 1, 0
+        costs = {of: _cost(x) for of, x in own.items()}
+        saved, once = sum(costs.values()) - 1, 0
         for terms, change in above:
             factor = _cost(terms[change])
             saved += factor
-            for of, x in own.items():
-                product = factor + _cost(x)
+            for of, cost in costs.items():
+                product = factor + cost
                 once += (product == 4) + (of in terms)
                 saved -= 0 if of in terms else 1 + (product > 2)
         return directions * saved >= once
@@ -300,7 +302,7 @@ class Differential:
 
 def _cost(factor: Scalar) -> int:
     """Return the operations of a term: a sum, and a product unless the factor is one."""
-    return 1 if type(factor) is float and abs(factor) == 1.0 else 2
+    return 1 if type(factor) is float and factor in (1.0, -1.0) else 2
 
 
 def _written(
