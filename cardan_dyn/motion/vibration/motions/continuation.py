@@ -182,7 +182,7 @@ class Branch:
                 if found is None:
                     step *= 0.4
                     continue
-                (point, factor), self.reason = found, ""
+                point, factor = found
                 self._grow(point)
                 has_turned |= (point.speed - self.points[-1].speed) * sense < 0.0
                 self.points.append(point)
@@ -190,6 +190,7 @@ class Branch:
                 task.tell((point.speed - self._first) * sense)
                 self.is_whole = (point.speed - self._last) * sense >= 0.0
                 if self.is_whole:
+                    self.reason = ""
                     return
                 if not has_turned:
                     continue
