@@ -291,7 +291,8 @@ def test_calls_of_a_quadrature() -> None:
         return scene.simulate(6.0, speed=10.0, method="quadrature").at(6.0).position
 
     spin()
-    assert calls(spin) < (4350 if compiled.kernel else 4750)
+    # A third of them are small ones of NumPy's Chebyshev polynomials.
+    assert calls(spin) < (6250 if compiled.kernel else 6650)
 
 
 @needs_kernel

@@ -208,7 +208,10 @@ def test_patterns_as_inputs() -> None:
 
 def test_couplings_and_held_joints_as_outputs() -> None:
     scene = cd.Scene(
-        cd.load("universal_joint"), free="bearing_in", held={"joint_angle": 0.4}, gravity=(1, 2, -G)
+        cd.load("universal_joint"),
+        free="bearing_in",
+        held={"joint_angle": 0.4},
+        elements=[cd.JointSpring("bearing_out", 50.0, rest=0.3)],
     )
     rest = scene.equilibrium(0.2)
     found = scene.linear(rest, inputs=["load:bearing_out", "joint_angle"],

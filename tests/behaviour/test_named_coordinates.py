@@ -118,7 +118,7 @@ def test_names_of_coordinates() -> None:
     names = ["r", "u.turn_1", "u.turn_2", "p", "s.x", "s.y", "s.z"]
     assert sorted(mechanism.drivable) == sorted(names)
     assert mechanism.drivable["p"].slides and not mechanism.drivable["s.x"].slides
-    assert "p, r, s.x, s.y, s.z, u.turn_1, u.turn_2" in str(cd.describe(mechanism))
+    assert "p, r, u.turn_1, u.turn_2, s.x, s.y, s.z" in str(cd.describe(mechanism))
     table = cd.load(plate_on_table())
     assert {"c.slide", "c.turn", "t.slide_1", "t.slide_2", "t.turn"} < set(table.drivable)
     assert [item.slides for name, item in table.drivable.items() if name[0] == "t"] == [
