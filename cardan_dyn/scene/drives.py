@@ -192,6 +192,8 @@ class Drives(Frozen, Mapping[str, Drive]):
             return f"held at {told}"
         if not (item.determines and item.instead_of):
             return ""
+        if len(self.default) == 1:
+            return "instead"
         first, *others = item.instead_of
         return f"instead of {first}{f' or {len(others)} more' * bool(others)}"
 

@@ -236,6 +236,6 @@ def test_texts_and_wrong_names() -> None:
     )
     assert lines[1] == "  crank_bearing   turns through; default"
     assert lines[-1] == "  rocker_pin      starts in a dead point"
-    assert "-0.05631 to 0.5954 rad (loops); instead of crank_bearing" in lines[3]
+    assert "-0.05631 to 0.5954 rad (loops); instead" in lines[3]
     with pytest.raises(cd.ArgumentError, match="crank_bearing"):
         found["crank"]
