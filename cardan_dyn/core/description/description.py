@@ -17,7 +17,6 @@ import numpy as np
 
 from ...kit.arrays import Array
 from ...kit.frozen import FrozenDict, Value, read_only
-from ...kit.markup import aligned
 
 IDENTITY = read_only(np.eye(4))
 """Placement `(4, 4)` in the same place."""
@@ -547,6 +546,8 @@ class Description(Value):
 
     def __str__(self) -> str:
         """Return a summary: links with masses, joints with axes, loops, couplings and drives."""
+        from ...kit.markup import aligned  # Only what is printed needs it.
+
         sections: dict[str, list[tuple[str, ...]]] = {
             "links": [_of_link(link) for link in self.links],
             "joints": [

@@ -166,8 +166,10 @@ def test_other_descriptions_of_the_same_joint() -> None:
     for item in found:
         scale = 1e-9 * expected.rigid_peak
         np.testing.assert_allclose(item.force, expected.force, rtol=0.0, atol=scale)
+        # Joints beside the centre turn rounding of positions into 1e-11 of accelerations, of which
+        # a peak has the slope.
         peaks = [reversal.peak for reversal in item.reversals]
-        assert peaks == pytest.approx([reversal.peak for reversal in expected.reversals], rel=1e-9)
+        assert peaks == pytest.approx([reversal.peak for reversal in expected.reversals], rel=1e-8)
 
 
 @pytest.mark.slow
