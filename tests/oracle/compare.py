@@ -18,6 +18,7 @@ from wound_bushings import wound
 import cardan_dyn as cd
 
 Array = np.ndarray
+EPS = float(np.finfo(float).eps)
 
 TOLERANCE = 1e-9
 """Relative error that is allowed at conditions up to 1e3, proportionally more beyond."""
@@ -59,6 +60,24 @@ def sweep_of(case: Case) -> cd.Sweep:
     return scene_of(case).sweep(case.positions, speed=case.speeds, acceleration=case.accelerations)
 
 
+def greatest_moment(sweep: cd.Sweep, case: Case) -> float:
+    """Return the greatest moment, or force times length, of a sweep [N·m]; 0 if only rounding.
+
+    Bodies that stand still while joints move beside them bear what accelerations are rounded by.
+    """
+    mechanism = sweep.mechanism
+    length = float(mechanism.characteristic_length)
+    found = max(
+        max(length * float(np.max(np.abs(one.force))), float(np.max(np.abs(one.moment))))
+        for one in sweep.values()
+    )
+    mass = sum(inertia.mass for inertia in mechanism.model.inertias)
+    rates = float(
+        np.max(case.speeds**2, initial=0.0) + np.max(np.abs(case.accelerations), initial=0.0)
+    )
+    return found if found > 1e3 * EPS * mass * length**2 * rates else 0.0
+
+
 def dissimilar(case: Case, seed: int) -> list[Difference]:
     """Return in what the sweep of a case differs from that of a similar one of another size.
 
@@ -72,10 +91,7 @@ def dissimilar(case: Case, seed: int) -> list[Difference]:
     slides = oracle.slides[[oracle.rate_columns([name])[0] for name in names]]
     plain, scaled = sweep_of(case), sweep_of(case.scaled(slides, length, mass, time))
     force, unit = mass * length / time**2, float(plain.mechanism.characteristic_length)
-    greatest = max(
-        max(unit * float(np.max(np.abs(one.force))), float(np.max(np.abs(one.moment))))
-        for one in plain.values()
-    )
+    greatest = greatest_moment(plain, case)
     lengths = scaled.mechanism.characteristic_length / length
     errors = {"characteristic length": abs(lengths / unit - 1.0)}
     if np.max(plain.condition) < 1e12:  # Beyond, wrenches are the rounding of nothing.
@@ -113,10 +129,7 @@ def cut_differently(case: Case, seed: int) -> list[Difference] | None:
         turned[name] = axes @ force, axes @ moment + np.cross(point, axes @ force), "link"
     first, second = sweep_of(case), sweep_of(replace(case, chain=chain, link_loads=turned))
     length = float(first.mechanism.characteristic_length)
-    greatest = max(
-        max(length * float(np.max(np.abs(one.force))), float(np.max(np.abs(one.moment))))
-        for one in first.values()
-    )
+    greatest = greatest_moment(first, case)
     condition = max(float(np.max(item.condition)) for item in (first, second))
     if condition > 1e12 or not greatest:
         return None  # Wrenches are the rounding of nothing.
@@ -166,11 +179,7 @@ def held_elsewhere(case: Case, seed: int) -> list[Difference] | None:
     one, other = sweeps
     length, condition = float(one.mechanism.characteristic_length), float(np.max(one.condition))
     parts = [("force", length), ("moment", 1.0)]
-    greatest = max(
-        scale * float(np.max(np.abs(getattr(wrench, part))))
-        for wrench in one.values()
-        for part, scale in parts
-    )
+    greatest = greatest_moment(one, case)
     errors = {"coordinates": float(np.max(np.abs(one.motion.q - other.motion.q)))}
     for name in one.outputs:
         error = max(

@@ -137,10 +137,10 @@ class Implicit(Eliminated):
 
 def _numbers(of: Any) -> Iterator[Scalar]:
     """Yield all scalars of what is nested."""
-    if type(of) is Variable or type(of) is float:
+    if isinstance(of, (Variable, float)):  # NumPy's numbers are floats too.
         yield of
     else:
-        for item in of.values() if type(of) is dict else of:
+        for item in of.values() if isinstance(of, dict) else of:
             yield from _numbers(item)
 
 
