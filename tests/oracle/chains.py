@@ -173,13 +173,11 @@ def inverse(placement: Array) -> Array:
 
 def angles(rotated: Array) -> Array:
     """Return roll, pitch, yaw of a rotation."""
-    return np.array(
-        [
-            np.arctan2(rotated[2, 1], rotated[2, 2]),
-            np.arctan2(-rotated[2, 0], np.hypot(rotated[0, 0], rotated[1, 0])),
-            np.arctan2(rotated[1, 0], rotated[0, 0]),
-        ]
-    )
+    roll = np.arctan2(rotated[2, 1], rotated[2, 2])
+    # Yaw of what roll leaves: upright, where both turn about one axis, roll is rounding.
+    left = rotated @ turn(np.array([1.0, 0.0, 0.0]), roll).T
+    pitch = np.arctan2(-rotated[2, 0], np.hypot(rotated[0, 0], rotated[1, 0]))
+    return np.array([roll, pitch, np.arctan2(-left[0, 1], left[1, 1])])
 
 
 def words(values: Sequence[float] | Array) -> str:

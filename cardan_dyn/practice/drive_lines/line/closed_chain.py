@@ -407,12 +407,12 @@ class _Writer:
 
 def rpy(rotation: Array) -> tuple[float, float, float]:
     """Return the angles [rad] about the fixed axes x, then y, then z, of a rotation `(3, 3)`."""
-    (xx, _, _), (yx, _, _), (zx, zy, zz) = rotation.tolist()
-    pitch = math.atan2(-zx, math.hypot(xx, yx))
-    if math.hypot(xx, yx) > 1e-9:
-        return math.atan2(zy, zz), pitch, math.atan2(yx, xx)
-    # Upright: roll and yaw are about the same axis.
-    return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation.tolist()
+    roll = math.atan2(zy, zz)
+    # Yaw from what roll leaves: upright, where both turn about one axis, roll may be any angle.
+    cosine, sine = math.cos(roll), math.sin(roll)
+    yaw = math.atan2(xz * sine - xy * cosine, yy * cosine - yz * sine)
+    return roll, math.atan2(-zx, math.hypot(xx, yx)), yaw
 
 
 def numbers(values: Iterable[float]) -> str:
