@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -18,7 +17,7 @@ from ..core.mechanism.mechanism import Mechanism
 from ..core.problem.arguments import by_coordinate, checked, held_positions, held_there
 from ..core.problem.coordinate_names import check_single, each_coordinate
 from ..core.problem.problem import Problem
-from ..core.problem.samples import acting_on, common_shape, targets_of
+from ..core.problem.samples import acting_on, common_shape, spanned, targets_of
 from ..core.results.prescribed import Prescribed
 from ..kit.arrays import Array
 from ..kit.checks import flag, mapping, names
@@ -415,19 +414,12 @@ class Scene(Prescribed):
             IndeterminateError: a component of an output is not unique, in a strict scene.
             MobilityError: a coordinate of the scene is free.
         """
-        # Sweeps of one position take as long as the calls that they make: what most arguments are
-        # left at is seen without any.
         if along_path is not False:
             along_path = flag("along_path", along_path)
         solver, problem = self._solver, self._problem
         if problem.free:
             problem.refuse_free("a sweep")
-        is_left = loads is None and gravity is None and inertia is None
-        is_left = is_left and type(speed) is type(acceleration) is type(time) is float
-        if is_left and speed == acceleration == time == 0.0:
-            acting = problem.acting
-        else:
-            acting = acting_on(problem, speed, acceleration, loads, gravity, inertia, time)
+        acting = acting_on(problem, speed, acceleration, loads, gravity, inertia, time)
         with np.errstate(**_OVERFLOW):
             if isinstance(position, AssembledPositions):
                 positions = position
@@ -435,14 +427,10 @@ class Scene(Prescribed):
             else:
                 if type(position) is np.ndarray:  # Before it is copied.
                     solver.refuse_too_many(position.size // len(problem.independent))
-                targets = targets_of(problem, position, held)
-                shape = targets.shape
-                if acting is not problem.acting or problem.acting_everywhere is None:
-                    shape = common_shape({"position": shape, **acting.shapes})
-                    targets = targets.expanded(shape)
+                targets = spanned(targets_of(problem, position, held), acting, problem)
                 if targets.held:
                     solver = solver.of_varied(targets.varied)
-                solver.refuse_too_many(math.prod(shape))
+                solver.refuse_too_many(targets.size)
                 positions = solver.assembled_in_turn(targets, along_path)
             return _collecting()(positions.solver, positions, acting)
 
@@ -1074,7 +1062,7 @@ class TaskScene(Scene):
             self.assemble(())
         along_path = flag("along_path", along_path)
 
-        def acting(problem: Problem, speeds: Array, accelerations: Array) -> Acting:
+        def acting(problem: Problem, speeds: object, accelerations: object) -> Acting:
             return acting_on(problem, speeds, accelerations, loads, gravity, inertia, time)
 
         with np.errstate(**_OVERFLOW):

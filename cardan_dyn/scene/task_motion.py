@@ -22,7 +22,7 @@ from ..core.problem.acting import Acting
 from ..core.problem.arguments import checked
 from ..core.problem.coordinate_names import each_coordinate
 from ..core.problem.problem import Problem
-from ..core.problem.samples import Targets, common_shape, targets_of
+from ..core.problem.samples import Targets, spanned, targets_of
 from ..core.results.collect import sweep_of
 from ..core.results.derivative import Swept
 from ..core.results.motion import Motion
@@ -123,7 +123,7 @@ class TaskMotion(Frozen):
         acceleration: object,
         held: object,
         along_path: bool,
-        acting: Callable[[Problem, Array, Array], Acting],
+        acting: Callable[[Problem, object, object], Acting],
     ) -> TaskSweep:
         """Return the sweep of the machine where rows move as given.
 
@@ -208,9 +208,7 @@ class TaskMotion(Frozen):
             speeds, accelerations = map(_joined, zip(*every, strict=True))
             acting = acting._replace(speeds=speeds, accelerations=accelerations)
         columns = self._columns(given, along_path)
-        targets = targets_of(problem, columns, held)
-        shape = common_shape({"position": targets.shape, **acting.shapes})
-        targets = targets.expanded(shape)
+        targets = spanned(targets_of(problem, columns, held), acting, problem)
         self.machine.refuse_too_many(targets.size)
         solver = self.follower.of_varied(targets.varied)
 
@@ -229,8 +227,8 @@ class TaskMotion(Frozen):
                 # Other angles of the same poses are another way there.
                 reached = solver.assembly.reachable(targets)[:, None]
                 ways = columns, self._columns(given, False, other=True)
-                near, others = (flat(way, shape, trailing=1) for way in ways)
-                columns = np.where(reached, near, others).reshape(*shape, -1)
+                near, others = (flat(way, targets.shape, trailing=1) for way in ways)
+                columns = np.where(reached, near, others).reshape(*targets.shape, -1)
                 targets = targets_of(problem, columns, held)
                 assembled, x, v, a = moved(targets)
         except (AssemblyError, SingularConfigurationError) as error:
@@ -345,7 +343,7 @@ class TaskMotion(Frozen):
         self,
         machine: ProblemSolver,
         followed: Followed,
-        acting_on: Callable[[Problem, Array, Array], Acting],
+        acting_on: Callable[[Problem, object, object], Acting],
     ) -> TaskSweep:
         """Return the sweep of a machine whose actuated joints move as they have to.
 
@@ -356,21 +354,20 @@ class TaskMotion(Frozen):
         drives = problem.independent
         columns, own = coordinates.columns_of(drives), [*map(self._told_of.index, drives)]
         rows = followed.x[:, columns] + 2.0 * np.pi * followed.turns[:, columns]
-        at, speeds, accelerations = (
-            values.reshape(*followed.shape, -1)
-            for values in (rows, followed.v[:, own], followed.a[:, own])
+        moves = (
+            rates[:, own].reshape(*followed.shape, -1) if np.count_nonzero(rates) else 0.0
+            for rates in (followed.v, followed.a)
         )
-        acting = acting_on(problem, speeds, accelerations)
-        targets = targets_of(problem, at, followed.held)
-        shape = common_shape({"position": targets.shape, **acting.shapes})
-        targets = targets.expanded(shape)
+        acting = acting_on(problem, *moves)
+        at = targets_of(problem, rows.reshape(*followed.shape, -1), followed.held)
+        targets = spanned(at, acting, problem)
         solver = machine.of_varied(targets.varied)
         solver.refuse_too_many(targets.size)
         given = coordinates.columns_of((*drives, *targets.varied))
 
         def coordinates_near() -> tuple[Array, Array]:
             x, turns = (
-                np.array(flat(every.reshape(*followed.shape, -1), shape, trailing=1))
+                np.array(flat(every.reshape(*followed.shape, -1), targets.shape, trailing=1))
                 for every in (followed.x, followed.turns)
             )
             x[:, given], turns[:, given] = targets.prescribed, 0.0
@@ -389,7 +386,7 @@ class TaskMotion(Frozen):
                 condition = float(solver.assembly.kinematics.evaluate(x).condition[0])
                 if condition < REGULAR_CONDITION:
                     raise
-                where = flat(followed.given.position, shape, trailing=1)[sample]
+                where = flat(followed.given.position, targets.shape, trailing=1)[sample]
                 details = {**error.details, "position": as_position(where), "condition": condition}
                 found = f": {error.finding}" * bool(error.finding)
                 raise SingularConfigurationError(

@@ -142,13 +142,12 @@ class TaskSweep(Sweep):
         sweep = solved(acting)
         unique, of_couplings, shares = sweep.unique, sweep.coupling_unique, {}
         actuated_unique = dict.fromkeys(actuated, True)
-        others = [name for name in actuated if name not in sweep.drives]
+        drives = sweep.drives
+        others = [name for name in actuated if name not in drives]
         if others:
             # Rates of all actuated joints per unit of each drive: they transmit efforts as well.
             ratio = sweep.motion.ratio
-            of_each = [
-                np.stack([ratio(name, drive) for name in actuated], -1) for drive in sweep.drives
-            ]
+            of_each = [np.stack([ratio(name, drive) for name in actuated], -1) for drive in drives]
             rates = np.stack(of_each, -1)
             weighed = rates / np.array([weights[name] for name in actuated])[:, None]
             needed = np.moveaxis(rates, -1, -2) @ weighed

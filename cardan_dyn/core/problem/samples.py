@@ -187,6 +187,12 @@ def acting_on(
         ArgumentError: not finite, empty, of a wrong shape, or a factor below zero.
         ModelError: no such joint or link.
     """
+    # Sweeps of one position take as long as the calls that they make: what most arguments are left
+    # at is seen without any.
+    is_left = loads is None and gravity is None and inertia is None
+    is_left = is_left and type(speed) is type(acceleration) is type(time) is float
+    if is_left and speed == acceleration == time == 0.0:
+        return problem.acting
     efforts, wrenches = split_loads(problem.mechanism, loads)
     for name in efforts:
         if name not in problem.mechanism.coordinates.named:
@@ -212,6 +218,17 @@ def acting_on(
         frozen(_factors(problem.mechanism, inertia)),
         times,
     )
+
+
+def spanned(targets: Targets, acting: Acting, problem: Problem) -> Targets:
+    """Return targets in the shape that they span together with what acts.
+
+    Raises:
+        ArgumentError: they do not broadcast.
+    """
+    if acting is problem.acting and problem.acting_everywhere is not None:
+        return targets
+    return targets.expanded(common_shape({"position": targets.shape, **acting.shapes}))
 
 
 def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:

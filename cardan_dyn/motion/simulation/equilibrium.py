@@ -122,9 +122,7 @@ def equilibrium(
     solver: ProblemSolver, position: Any, loads: Mapping[str, object] | None, gravity: Any
 ) -> Equilibrium:
     """Return the equilibrium near a position; see `Scene.equilibrium`."""
-    acting = solver.problem.acting
-    if loads is not None or gravity is not None:
-        acting = acting_on(solver.problem, loads=loads, gravity=gravity)
+    acting = acting_on(solver.problem, loads=loads, gravity=gravity)
     if not solver.problem.free:
         raise MobilityError(
             "an equilibrium is where free coordinates rest, and the scene drives all it has: "
