@@ -198,6 +198,18 @@ def test_calls_for_what_computes_little() -> None:
     assert calls(lambda: once.sweep([0.3])) < (350 if compiled.kernel else 1750)
     assert calls(lambda: response.sweep([0.3])["bearing_out"].bending) < 240
     assert calls(scene) < 650
+    # A task is followed before its machine is swept, and nothing of what it is left at is asked for
+    # twice.
+    legs = [f"leg_{k}" for k in range(1, 7)]
+    robot = cd.Scene(cd.load("stewart_platform"), task=cd.PoseTask("platform"), actuated=legs)
+    pose = [[0.0, 0.0, float(robot.configuration().point("platform")[2]), 0.1, 0.0, 0.0]]
+    driven, lengths = robot.machine, robot.sweep(pose).position
+    for scene_of, given in ((robot, pose), (driven, lengths)):
+        for _ in range(3):
+            scene_of.sweep(given)
+    if compiled.kernel:
+        ratio = calls(lambda: robot.sweep(pose)) / calls(lambda: driven.sweep(lengths))
+        assert ratio < 2.1
     # Some 1300 of them read it, and 130 ask whether only exact numbers let its loop close.
     assert calls(lambda: cd.load("universal_joint")) < 2200
     # Where the held joint is elsewhere, the way there is followed, along what others were.

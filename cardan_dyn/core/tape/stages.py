@@ -119,7 +119,10 @@ class Stages:
         outputs, fields = [], []
         for stage, own, (carried, taken) in zip(self.stages, inputs, self._rows, strict=True):
             rows = np.empty((stage.program.outputs, lanes)) if stage.kept else None
-            arrays = [v if v is None or not v.ndim else filled(v, lanes) for v in own]
+            # As of programs, a single lane has numbers alone.
+            arrays = own
+            if count > 1:
+                arrays = [v if v is None or not v.ndim else filled(v, lanes) for v in own]
             until = -1 if stage.until is None else stage.until
             ends = (until, stage.within, stage.most)
             handle = stage.program.handle(block)
