@@ -40,7 +40,7 @@ from ..motion.simulation.trajectory import Trajectory
 from .task_in_time import drive_motions, row_states
 from .task_motion import TaskMotion
 from .task_sweep import with_task
-from .tasks import Block, missed
+from .tasks import Block, missed, points_led
 
 if TYPE_CHECKING:
     from ..core.results.point_motion import Points
@@ -246,6 +246,11 @@ class TaskTrajectory(Trajectory):
     def task_residual(self) -> float:
         """Greatest error of the rows, see `TaskSweep.task_residual`."""
         return missed(self._run.tasks, self._given.x, self)
+
+    @property
+    def led_points(self) -> dict[str, tuple[str, Array]]:
+        """Points that the task leads, see `TaskSweep.led_points`."""
+        return points_led(self._run.tasks)
 
     @cached_property
     def actuated_effort(self) -> Mapping[str, Array]:

@@ -18,7 +18,7 @@ from ..core.results.table import Table, Variable
 from ..kit.arrays import EPS, Array, spread
 from ..kit.errors import IndeterminateError, choices
 from ..kit.frozen import frozen, made, read_only
-from .tasks import PointTask, PoseTask, Task, missed
+from .tasks import Task, missed, points_led
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -342,11 +342,7 @@ class TaskSweep(Sweep):
     @property
     def led_points(self) -> dict[str, tuple[str, Array]]:
         """Links of which the task leads a point, to that point `(3,)`, as `points` of results."""
-        return {
-            task.link: (task.link, np.asarray(getattr(task, "point", (0.0, 0.0, 0.0))))
-            for task in self._given.tasks
-            if isinstance(task, (PointTask, PoseTask))
-        }
+        return points_led(self._given.tasks)
 
     @property
     def leads(self) -> list[Lead]:

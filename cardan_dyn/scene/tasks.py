@@ -258,6 +258,15 @@ class Block(NamedTuple):
         return np.concatenate([columns[:3] + self.start[:3], turn])
 
 
+def points_led(tasks: Iterable[Task]) -> dict[str, tuple[str, Array]]:
+    """Return links of which tasks lead a point, to that point `(3,)`, as `points` of results."""
+    return {
+        task.link: (task.link, np.asarray(getattr(task, "point", (0.0, 0.0, 0.0))))
+        for task in tasks
+        if isinstance(task, (PointTask, PoseTask))
+    }
+
+
 def missed(tasks: Iterable[Task], rows: Array, result: MotionResult) -> float:
     """Return by how much a mechanism misses tasks: greatest angle [rad], or length of its own.
 

@@ -390,3 +390,10 @@ def test_functions_that_cannot_be_pickled_stay_behind() -> None:
         fresh = pickle.loads(pickle.dumps(scene.simulate(0.3, motion=motion)))
         with pytest.raises(cd.ArgumentError, match="ask before it is copied"):
             fresh.energy_residual  # noqa: B018
+
+
+def test_scene_draws_the_path_that_a_simulated_task_leads() -> None:
+    pytest.importorskip("meshcat", reason="the page has a scene")
+    found = five_bar().simulate(0.3, position=0.3, speed=-1.0, motion=CIRCLE)
+    assert found.led_points.keys() == swept_again(five_bar(), found).led_points.keys()
+    assert "path of load" in cd.view(found).html

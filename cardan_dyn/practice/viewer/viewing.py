@@ -114,7 +114,7 @@ def view(
     parts = Parts(visuals, moments, forces, axes, traces, labels, elements is not False, loads)
     paths = {
         name: point.position
-        for named in (getattr(shot, "led_points", {}), points)
+        for named in (getattr(sweep, "led_points", {}), points)
         for name, point in motions_of(shot, named).items()
     }
     scenery, arrays = build(shot, shown, parts, samples, frozenset(swings), paths), Arrays()
