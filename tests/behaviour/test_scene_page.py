@@ -15,6 +15,7 @@ from testkit.browser import Page, open_page, running_browser
 from testkit.bundled import EVERY_KIND
 
 import cardan_dyn as cd
+from cardan_dyn.practice.drive_lines.wording import Wording
 from cardan_dyn.scene.usual_motion import usual_motion
 
 pytestmark = pytest.mark.slow
@@ -478,6 +479,55 @@ def test_simulations_are_played_in_real_time(opened: Opener, tmp_path: Path) -> 
     assert page.page.inner_text("#speed option:checked") == "real time"
     page.evaluate("step(0.5)")
     assert page.page.inner_text("#at").endswith("2.00 s")
+
+
+def test_quantities_are_told_in_the_units_of_the_reader(opened: Opener, tmp_path: Path) -> None:
+    # From the definitions of NIST SP 811, by other products than the wording's.
+    force, foot = 0.45359237 * 9.80665, 0.3048
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": 900.0})
+    sweep = scene.sweep(np.linspace(0.0, 1.5, 31), speed=np.pi)
+    units = Wording(units="imperial").instead
+    page = opened(cd.view(sweep, units=units).export(tmp_path / "imperial.html"))
+    page.evaluate("scene.seek(1.0)")
+    page.evaluate("select({ joint: told.joints.find((j) => j.name === 'crank_bearing') })")
+    rows = dict(
+        page.evaluate(
+            "[...document.querySelectorAll('#graphs tbody tr')].map((row) =>"
+            " [row.cells[0].textContent, Number(row.cells[1].textContent.replace('−', '-'))])"
+        )
+    )
+    wrench = sweep["crank_bearing"]
+    drive = float(sweep.drive_effort[-1]) / (force * foot)
+    shear = float(np.linalg.norm(wrench.force[-1])) / force
+    assert rows["torsion, drive"] == pytest.approx(drive, rel=1e-3)
+    assert rows["force, shear"] == pytest.approx(shear, rel=1e-3)
+    text = page.page.inner_text("body")
+    assert "lbf·ft" in text and "lbf" in text and "30 rpm" in text
+    assert re.search(r"Grid of [125]0* in\b", text)
+    steps = page.evaluate("[...document.querySelectorAll('#scales span')].map((s) => s.innerText)")
+    assert len(steps) == 3
+    for step in filter(None, steps):
+        assert re.match(r"(0\.)?0*[125]0* (in|lbf|lbf·ft)$", step), step
+    for other in ("N·m", "kN", "N", "mm", "m", "1/min"):
+        assert not re.search(rf"\d ?{other}\b", text), other
+    page.evaluate("select({ joint: told.joints.find((j) => j.name === 'piston_guide') })")
+    ends = sweep.motion.position("piston_guide") / 0.0254
+    low, high = re.search(r"stroke (\S+) … (\S+) in", page.page.inner_text("#details")).groups()
+    assert [float(low.replace("−", "-")), float(high.replace("−", "-"))] == pytest.approx(
+        [np.min(ends), np.max(ends)], rel=1e-3
+    )
+
+
+def test_slides_are_told_in_metres_or_millimetres(opened: Opener, tmp_path: Path) -> None:
+    scene = cd.Scene(cd.load("slider_crank"), drive="piston_guide", near={"crank_bearing": 1.0})
+    rest = float(scene.configuration().positions["piston_guide"])
+    sweep = scene.sweep(rest + np.linspace(0.0, 0.004, 9))
+    page = opened(cd.view(sweep).export(tmp_path / "slide.html"))
+    page.evaluate("scene.seek(1.0)")
+    told = page.page.inner_text("#at").split()
+    assert told[0] == "piston_guide" and told[2] == "mm"
+    assert float(told[1].replace("−", "-")) == pytest.approx(1e3 * (rest + 0.004), abs=0.01)
+    assert page.page.get_attribute("#slider", "aria-label") == "piston_guide in mm"
 
 
 def test_a_sweep_at_speed_tells_how_much_slower_it_is_shown(opened: Opener, tmp_path: Path) -> None:

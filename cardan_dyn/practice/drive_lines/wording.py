@@ -224,6 +224,15 @@ class Wording:
         """Return in what a dimension is told."""
         return _MEASURES[self.units][dimension]
 
+    @property
+    def instead(self) -> dict[str, tuple[str, float]]:
+        """Units of the SI that are told otherwise, to the others and their factors; see `view`."""
+        return {
+            unit.replace(" ", "·"): self.measure(dimension)[:2]
+            for unit, dimension in BY_UNIT.items()
+            if self.measure(dimension) != _SI[dimension]
+        }
+
     def unit(self, dimension: str) -> str:
         """Return the unit of a dimension in brackets, after a blank; empty for plain numbers."""
         name = self.measure(dimension).unit

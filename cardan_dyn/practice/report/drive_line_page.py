@@ -107,7 +107,7 @@ def scene(report: LineReport, wording: Wording | None = None) -> View:
 
     Args:
         report: on the line.
-        wording: of its title; English, and the units of most data, unless given.
+        wording: of its title and its quantities; English, and the units of most data, unless given.
 
     Raises:
         MissingExtraError: meshcat is not installed.
@@ -121,7 +121,7 @@ def scene(report: LineReport, wording: Wording | None = None) -> View:
     shown = [name for name in sweep.outputs if name in bearings]
     wording = wording or Wording(units=units_of(line))
     title = f"{line.name}, {wording.quantity(torque, 'torque')}"
-    return view(sweep, joints=shown, frames=page.FRAMES, title=title)
+    return view(sweep, joints=shown, frames=page.FRAMES, title=title, units=wording.instead)
 
 
 def write(

@@ -1,6 +1,7 @@
 """Readings: what the page of a scene tells beside the picture: its slider, its state, its numbers.
 
-Angles are told in degrees, as people read them; all else in the units of the results.
+Angles are told in degrees, as people read them; all else in the units of the results, of which the
+page makes others, and shorter numbers.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from ...core.results.limits import efforts
 from ...core.results.sweep import Sweep
 from ...figures.wrenches import QUANTITIES, determined, together, values_of
 from ...kit.arrays import NOTHING, Array
-from ...kit.quantities import amount, prefix, span
+from ...kit.quantities import amount
 from .commands import STEADY, Arrays, node_name
 from .default_shapes import attachments_of
 from .scenery import COLORS, MEANINGS
@@ -105,7 +106,7 @@ def course(sweep: Sweep | Still, samples: Array, *, timed: bool) -> Course:
         position = positions[:, column]
         steps = np.diff(position)
         if np.all(steps > 0.0) or np.all(steps < 0.0):
-            unit, factor = _scale(sweep.mechanism, name, position)
+            unit, factor = _scale(sweep.mechanism, name)
             return Course(name, unit, factor * position, _passed(steps, speeds[:, column]))
     time = np.broadcast_to(sweep.time, sweep.shape)[samples]
     if np.all(np.diff(time) > 0.0):
@@ -126,12 +127,9 @@ def _passed(steps: Array, speeds: Array) -> Array | None:
     return np.concatenate([[0.0], np.cumsum(needed)])
 
 
-def _scale(mechanism: Mechanism, coordinate: str, positions: Array) -> tuple[str, float]:
+def _scale(mechanism: Mechanism, coordinate: str) -> tuple[str, float]:
     """Return the unit in which a coordinate is told, and its factor."""
-    if not mechanism.drivable[coordinate].slides:
-        return "°", 180.0 / np.pi
-    scale, unit = prefix(float(np.ptp(positions)), "m")
-    return unit, 1.0 / scale
+    return ("m", 1.0) if mechanism.drivable[coordinate].slides else ("°", 180.0 / np.pi)
 
 
 class _Teller:
@@ -175,7 +173,7 @@ class _Teller:
         for column, name in enumerate(sweep.coordinates):
             kind = "free" if name in sweep.free else "drive"
             kind = "swing" if name in self._swings else kind
-            unit, factor = _scale(self._mechanism, name, positions[self._samples, column])
+            unit, factor = _scale(self._mechanism, name)
             rows.append(self._row(kind, name, factor * positions[:, column], unit))
             if np.any(speeds[:, column]):
                 unit = f"{self._mechanism.drivable[name].unit}/s"
@@ -193,9 +191,8 @@ class _Teller:
                 row = self._row("load", name, load, coordinate.effort_unit)
                 rows.append({**row, "joint": coordinate.joint, "node": node})
         for name, position in sweep.held.items():
-            values = np.asarray(position, dtype=float)
-            unit, factor = _scale(self._mechanism, name, values)
-            rows.append(self._row("held", name, factor * values, unit))
+            unit, factor = _scale(self._mechanism, name)
+            rows.append(self._row("held", name, factor * np.asarray(position, float), unit))
         size = np.linalg.norm(sweep.gravity, axis=-1)
         if np.any(size):
             rows.append(self._row("gravity", "", size, "m/s²"))
@@ -207,7 +204,7 @@ class _Teller:
         for name in self._swings:
             way = self._sweep.motion.position(name)[self._samples]
             if np.ptp(way):
-                unit, factor = _scale(self._mechanism, name, way)
+                unit, factor = _scale(self._mechanism, name)
                 sizes.append((0.5 * factor * float(np.ptp(way)), unit, name))
         if not sizes:
             return ""
@@ -253,10 +250,10 @@ class _Teller:
             told["series"] = [self._one(*item) for item in (*parts, *self._efforts(joint))]
         return told
 
-    def _stroke(self, joint: Joint) -> str:
-        """Return between which positions a joint slides along its axis, in words."""
+    def _stroke(self, joint: Joint) -> list[float]:
+        """Return between which positions a joint slides along its axis [m]; none if it does not."""
         way = slide(self._sweep, joint, self._samples)
-        return span(np.min(way), np.max(way), "m") if np.ptp(way) else ""
+        return [float(np.min(way)), float(np.max(way))] if np.ptp(way) else []
 
     def links(self) -> list[dict[str, Any]]:
         """Return names of links, and the nodes under which their shapes are."""

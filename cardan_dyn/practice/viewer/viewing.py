@@ -11,7 +11,7 @@ import os
 import sys
 import threading
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -24,7 +24,7 @@ from ...core.mechanism.configuration import Configuration
 from ...core.results.point_motion import motions_of
 from ...core.results.sweep import Sweep
 from ...figures.style import refuse_grid
-from ...kit.checks import described, file_path, names, positive, whole, writing
+from ...kit.checks import described, file_path, mapping, names, positive, whole, writing
 from ...kit.errors import ArgumentError, MissingExtraError
 from ...motion.simulation.equilibrium import Equilibrium
 from ...motion.simulation.trajectory import Trajectory
@@ -58,6 +58,7 @@ def view(
     duration: float | None = None,
     frames: int = 1440,
     title: str | None = None,
+    units: Mapping[str, tuple[str, float]] | None = None,
 ) -> View:
     """Draw a sweep as a scene that moves, or a configuration as one that does not.
 
@@ -88,6 +89,8 @@ def view(
             that can be followed (2 to 60 s), else 8 s. The page can change it.
         frames: greatest number of samples that are shown, chosen evenly.
         title: of the page; the mechanism's name if not given.
+        units: in which the page tells quantities instead: units of results, such as N·m, to others
+            and their factors, `{"m": ("in", 1.0 / 0.0254)}`.
 
     Returns:
         A view: `.open()` shows it in a browser, `.export(path)` writes it as one HTML file; as
@@ -120,6 +123,10 @@ def view(
     scenery, arrays = build(shot, shown, parts, samples, frozenset(swings), paths), Arrays()
     along = course(shot, samples, timed=isinstance(sweep, Trajectory))
     told = readings(shot, shown, samples, arrays, along, frozenset(swings))
+    told["units"] = {
+        unit: (other, positive(f"units[{unit!r}]", factor))
+        for unit, (other, factor) in mapping("units", units).items()
+    }
     told["duration"] = _duration(along) if duration is None else duration
     return View(render(scenery, title or shot.mechanism.name, told, arrays))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import html
+import json
 import math
 import re
 from html.parser import HTMLParser
@@ -384,6 +385,23 @@ def test_a_page_without_a_date_has_that_of_the_build(
 def test_scene_is_part_of_the_page(report: page.LineReport, tmp_path: Path) -> None:
     text = page.write(report, tmp_path / "line.html").read_text("utf-8")
     assert "Turning scene" in text and "support_C1" in text and len(text) > 1_000_000
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(("units", "told"), [("si", {}), ("imperial", {"N·m": "lbf·ft"})])
+def test_scene_tells_quantities_as_the_page_does(
+    units: str, told: dict[str, str], report: page.LineReport
+) -> None:
+    shown = page.scene(report, Wording(units=units))
+    data = json.loads(re.search(r'id="data"[^>]*>(.*?)</script>', shown.html, re.DOTALL)[1])
+    others = data["told"]["units"]
+    assert bool(others) == bool(told)
+    for unit, other in told.items():
+        assert others[unit][0] == other
+    for unit, (other, factor) in others.items():
+        # What is in SI units is so many times as much in others.
+        if unit in ("m", "N", "N·m", "rad/s"):
+            assert factor * UNITS[other] == pytest.approx(1.0, rel=1e-12)
 
 
 @pytest.mark.slow

@@ -250,10 +250,10 @@ canvas.addEventListener("wheel", (event) => {
 
 // How long lengths and arrows are.
 const scaleRows = [
-  { text: (value) => measured(value, "m"), perMetre: 1, arrow: false },
+  { unit: "m", text: (value) => measured(value, "m"), perMetre: 1, arrow: false },
   ...data.scales.map((item) => ({
     perMetre: item.per_metre, arrow: true,
-    kind: item.kind, text: (value) => measured(value, item.unit)
+    kind: item.kind, unit: item.unit, text: (value) => measured(value, item.unit)
       + (item.longest ? `; beyond ${toldUpTo(item.longest, item.unit, 3).full(item.longest)} arrows are cut` : ""),
   })),
 ].map((row) => {
@@ -265,7 +265,7 @@ const scaleRows = [
 function drawScales() {
   const widest = Math.min(120, 0.28 * size.width), scale = pixelsPerMetre();
   for (const row of scaleRows) {
-    const value = roundStep(widest / scale * row.perMetre);
+    const value = roundStep(widest / scale * row.perMetre, row.unit);
     const long = value / row.perMetre * scale;
     row.line.setAttribute("width", long.toFixed(1));
     row.line.replaceChildren();

@@ -70,13 +70,16 @@ function rounded(value) {
 }
 
 // By what numbers up to a size are divided to be short, and the unit of what comes out: kN, mm.
+// The page tells some units otherwise than Python does: a factor, and the unit of what comes out.
+const UNITS = { "rad/s": ["1/min", 30 / Math.PI], ...told.units };
 const PREFIXES = { "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T" };
-function prefixOf(size, unit) {
-  if (!["N·m", "N", "m", "m/s", "s"].includes(unit) || !(size > 0)) return { scale: 1, unit };
-  const digits = Math.floor(Math.log10(Number(size.toPrecision(4))));
+function prefixOf(size, given) {
+  const [unit, factor] = UNITS[given] || [given, 1];
+  if (!["N·m", "N", "m", "m/s", "s"].includes(unit) || !(size > 0)) return { scale: 1 / factor, unit };
+  const digits = Math.floor(Math.log10(Number((size * factor).toPrecision(4))));
   const power = digits === -1 && !unit.startsWith("m") ? 0 : 3 * Math.floor(digits / 3);
   const within = Math.min(Math.max(power, -12), 12);
-  return { scale: 10 ** within, unit: PREFIXES[within] + unit };
+  return { scale: 10 ** within / factor, unit: PREFIXES[within] + unit };
 }
 
 // How numbers up to a greatest one are told: divided, with decimals for about so many digits.
@@ -93,16 +96,22 @@ function withUnit(text, unit) {
   return unit === "°" ? text + unit : unit ? `${text} ${unit}` : text;
 }
 
+// Two numbers in one unit.
+function spanOf([low, high], given) {
+  const told = toldUpTo(Math.max(-low, high), given);
+  return `${told.text(low)} … ${told.full(high)}`;
+}
+
 // A number of four digits with the prefix of its unit.
 function measured(value, unit) {
   const told = prefixOf(Math.abs(value), unit);
   return withUnit(rounded(value / told.scale), told.unit);
 }
 
-// The greatest of 1, 2, 5, 10, … that does not exceed a value.
-function roundStep(value) {
-  const power = 10 ** Math.floor(Math.log10(value) + 1e-9);
-  return power * [5, 2, 1].find((step) => step * power <= value * (1 + 1e-9));
+// The greatest of what is told as 1, 2, 5, 10, … that does not exceed a value.
+function roundStep(value, unit) {
+  const { scale } = prefixOf(value, unit), power = 10 ** Math.floor(Math.log10(value / scale) + 1e-9);
+  return scale * power * [5, 2, 1].find((step) => step * power <= value / scale * (1 + 1e-9));
 }
 
 function make(kind, properties = {}, ...children) {

@@ -67,7 +67,7 @@ function graphOf(joint, { scale, unit }, drawn) {
   const x = (value) => LEFT + (value - first) / (last - first) * (wide - LEFT - RIGHT);
   const y = (value) => floor - (value - low) / (high - low || 1) * (floor - TOP);
   const title = `${drawn.map(nameOf).join(", ")} of ${joint.name} in ${unit} over `
-    + `${course.name} in ${course.unit}`;
+    + `${course.name} in ${along.unit}`;
   const svg = draw("svg", { viewBox: `0 0 ${wide} ${HIGH}`, height: HIGH, role: "img",
     "aria-label": title });
   draw("path", { class: "frame", d: `M${LEFT} ${TOP}V${floor}H${wide - RIGHT}` }, svg);
@@ -75,12 +75,13 @@ function graphOf(joint, { scale, unit }, drawn) {
     draw("text", { x: LEFT - 5, y: y(value * scale) + 4, "text-anchor": "end" }, svg).textContent = text;
     if (value === 0) draw("line", { class: "zero", x1: LEFT, x2: wide - RIGHT, y1: y(0), y2: y(0) }, svg);
   }
-  const letters = 2 + Math.max(...[first, last].map((value) => String(Math.round(value)).length));
-  const along = ticks(first, last, Math.min(5, (wide - LEFT) / (8 * letters)), course.unit);
-  along.forEach(({ value, text }, index) => {
-    const unit = course.unit === "°" || index === along.length - 1 ? course.unit : "";
-    const anchor = x(value) > wide - RIGHT - 16 ? "end" : "middle";
-    draw("text", { x: anchor === "end" ? wide - 2 : x(value), y: HIGH - 6, "text-anchor": anchor },
+  const ends = [first, last].map((value) => value / along.scale);
+  const letters = 2 + Math.max(...ends.map((value) => String(Math.round(value)).length));
+  const below = ticks(...ends, Math.min(5, (wide - LEFT) / (8 * letters)), along.unit);
+  below.forEach(({ value, text }, index) => {
+    const unit = along.unit === "°" || index === below.length - 1 ? along.unit : "";
+    const at = x(value * along.scale), anchor = at > wide - RIGHT - 16 ? "end" : "middle";
+    draw("text", { x: anchor === "end" ? wide - 2 : at, y: HIGH - 6, "text-anchor": anchor },
       svg).textContent = withUnit(text, unit);
   });
   drawn.forEach((item, index) => {

@@ -14,12 +14,11 @@ const stateRows = told.state.map((row) => {
   // Of many drives the first ones are told at once, and the others if someone asks.
   if (row.kind !== "speed") late = row.kind === "drive" && ++drivesTold > MOST_DRIVES;
   byId(late ? "more-state" : "state").append(make("dt", {}, word), text);
-  const [unit, factor] = row.unit === "rad/s" ? ["1/min", 30 / Math.PI] : [row.unit, 1];
-  const upTo = toldUpTo(factor * Math.max(...extent(values).map(Math.abs)), unit, 3);
+  const upTo = toldUpTo(Math.max(...extent(values).map(Math.abs)), row.unit, 3);
   const name = row.kind === "speed" ? "" : row.name, moves = values.length > 1;
   const full = moves ? upTo.full : (value) => (
-    row.kind === "held" && !value ? "at its zero" : measured(value, unit));
-  return { values, text, moves, told: (value) => `${name} ${full(value * factor)}`.trim() };
+    row.kind === "held" && !value ? "at its zero" : measured(value, row.unit));
+  return { values, text, moves, told: (value) => `${name} ${full(value)}`.trim() };
 });
 if (drivesTold > MOST_DRIVES) {
   byId("more").hidden = false;
@@ -158,7 +157,7 @@ function tellChoice(joint, link) {
   byId("chosen-title").textContent = joint ? joint.name : link ? link.name : "Nothing selected";
   byId("sign").textContent = "";
   if (joint) {
-    const stroke = joint.stroke ? `, stroke ${joint.stroke}` : "";
+    const stroke = joint.stroke.length ? `, stroke ${spanOf(joint.stroke, "m")}` : "";
     details.append(make("p", {}, `Joint, ${joint.type}${joint.ends}${stroke}.`));
     if (joint.series.length) byId("sign").textContent = told.sign;
     if (joint.series.some((item) => !item.unique)) {
@@ -307,8 +306,8 @@ function start() {
     const [least, most] = courseRange;
     slider.min = backwards ? -most : least;
     slider.max = backwards ? -least : most;
-    slider.setAttribute("aria-label", `${course.name} in ${course.unit === "°" ? "degrees"
-      : course.unit}`);
+    slider.setAttribute("aria-label", `${course.name} in ${along.unit === "°" ? "degrees"
+      : along.unit}`);
     slider.title = course.name;
     fillSpeeds();
   } else {

@@ -151,7 +151,7 @@ for (let at = 0; at < seen.length; at += 3) points.push(new THREE.Vector3().from
 const middle = new THREE.Box3().setFromPoints(points);
 const grid = new THREE.Group();
 world.add(grid);
-const gridStep = roundStep(radius / 3);
+const gridStep = roundStep(radius / 3, "m");
 {
   const ends = [];
   const low = middle.min, high = middle.max, floor = low.z - 0.02 * radius;
