@@ -235,7 +235,7 @@ def test_ticks_of_great_numbers_fit_beside_the_graph(opened: Opener, tmp_path: P
 def test_what_statics_leaves_open_is_marked(four_bar: Page) -> None:
     text = four_bar.page.inner_text("#chosen")
     assert "Not unique: force z, moment xy, chosen by least norm" in text
-    assert "force, shear" in text and "force *" not in text and "torsion *" not in text
+    assert "shear, force" in text and "force *" not in text and "torsion *" not in text
     assert "that the parent exerts on the child" in text
     texts = [item["text"] for item in four_bar.evaluate("scene.labels()")]
     # The whole force is not known, but the force across the axis is.
@@ -500,7 +500,7 @@ def test_quantities_are_told_in_the_units_of_the_reader(opened: Opener, tmp_path
     drive = float(sweep.drive_effort[-1]) / (force * foot)
     shear = float(np.linalg.norm(wrench.force[-1])) / force
     assert rows["torsion, drive"] == pytest.approx(drive, rel=1e-3)
-    assert rows["force, shear"] == pytest.approx(shear, rel=1e-3)
+    assert rows["shear, force"] == pytest.approx(shear, rel=1e-3)
     text = page.page.inner_text("body")
     assert "lbf·ft" in text and "lbf" in text and "30 rpm" in text
     assert re.search(r"Grid of [125]0* in\b", text)

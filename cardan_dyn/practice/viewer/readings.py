@@ -31,9 +31,10 @@ _EFFORTS = {
     "holding": ("#6d4c41", "effort that holds it"),
 }
 """Colours and meanings of efforts."""
-_WITH_AXIS = ("torsion", "bending", "force", "axial", "shear")
+_WITH_AXIS = ("torsion", "bending", "axial", "shear", "force")
 _WITHOUT = ("moment", "force")
-"""Quantities that are told of joints with an axis, and of others."""
+"""Quantities that are told of joints with an axis, and of others: first those that arrows show, as
+curves that cover each other have the colour of the first one."""
 
 
 class Course(NamedTuple):

@@ -138,6 +138,9 @@ def test_the_numbers_of_a_joint_are_those_of_the_sweep() -> None:
     series = {item["name"]: item for item in joints["crank_bearing"]["series"]}
     wrench = sweep["crank_bearing"]
     assert set(series) == {"torsion", "bending", "force", "axial", "shear", "drive"}
+    # Curves that cover each other have the first one's colour: that of the arrow, which is the
+    # shear of a force that is all shear.
+    assert list(series).index("shear") < list(series).index("force")
     assert series["torsion"]["color"] == "#c2185b"
     assert series["drive"]["means"] == "effort of the drive"
     for name in ("torsion", "shear"):
