@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio
 
-from ...kit.arrays import Array
 from ...kit.errors import ModelError
 from .shapes import SMOOTH, Surface, joined
 
@@ -124,7 +123,7 @@ def read_mesh(path: Path, part: str = "") -> tuple[Colored, ...]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Of libraries about files that are read nonetheless.
-            found = list(_of_dae(path, part) if suffix == ".dae" else _surfaces(path, part))
+            found = list(_surfaces(path, part))
     except Exception as error:  # What is broken may break anything in a reader.
         raise ModelError(f"{path}: the mesh cannot be read ({error})") from error
     if not found:
@@ -139,7 +138,7 @@ def read_mesh(path: Path, part: str = "") -> tuple[Colored, ...]:
 
 
 def _surfaces(path: Path, part: str) -> Iterator[Colored]:
-    """Yield what trimesh reads, placed in the file's own axes."""
+    """Yield what trimesh reads, placed in the file's own axes; a DAE file states its unit."""
     import trimesh
 
     scene = trimesh.load_scene(path, process=False)
@@ -148,28 +147,10 @@ def _surfaces(path: Path, part: str) -> Iterator[Colored]:
         mesh = scene.geometry[name]
         faces = np.asarray(getattr(mesh, "faces", ()))
         if len(faces) and part in ("", name, node):
-            yield Colored((_placed(mesh.vertices, transform), faces), _color(mesh.visual))
-
-
-def _of_dae(path: Path, part: str) -> Iterator[Colored]:
-    """Yield what a DAE file has, which trimesh's scene would take twice as long for."""
-    import trimesh
-    from trimesh.exchange.dae import load_collada
-
-    with path.open("rb") as file:
-        read = load_collada(file, trimesh.resolvers.FilePathResolver(str(path)))
-    for item in read["graph"]:
-        name = item["geometry"]
-        mesh = read["geometry"][name]
-        unit = str(mesh["metadata"]["units"]).partition(" * ")
-        scale = float(unit[0]) if unit[1] else 1.0
-        if len(mesh["faces"]) and part in ("", name):
-            vertices = scale * _placed(mesh["vertices"], item["matrix"])
-            yield Colored((vertices, mesh["faces"]), _color(mesh["visual"]))
-
-
-def _placed(vertices: Array, transform: Array) -> Array:
-    return np.asarray(vertices) @ transform[:3, :3].T + transform[:3, 3]
+            unit = str(mesh.metadata.get("units", "")).partition(" * ")
+            scale = float(unit[0]) if unit[1] else 1.0
+            vertices = scale * (mesh.vertices @ transform[:3, :3].T + transform[:3, 3])
+            yield Colored((vertices, faces), _color(mesh.visual))
 
 
 def _color(visual: Any) -> tuple[float, float, float, float] | None:

@@ -37,9 +37,6 @@ if TYPE_CHECKING:
     from ...core.results.point_motion import Points
 
 HOST = "127.0.0.1"
-_JOIN_SECONDS = 0.5
-"""Time after which waiting for the server starts again. Some systems do not deliver Ctrl-C to a
-thread that waits without a limit."""
 
 
 def view(
@@ -345,7 +342,8 @@ class Server:
     def join(self) -> None:
         """Wait until the server ends."""
         while self._thread.is_alive():
-            self._thread.join(_JOIN_SECONDS)
+            # Some systems do not deliver Ctrl-C to a thread that waits without a limit.
+            self._thread.join(0.5)
 
     def close(self) -> None:
         """End the server."""
