@@ -21,8 +21,6 @@ DRIVE = Color.of("#00695c", opacity=0.5, on_top=True, layer=2)
 GRAVITY = Color.of("#455a64", on_top=True, layer=2)
 _ARC = 0.17
 """Radius of the arc of a turn that is driven and of the greatest moment, in radii of the scene."""
-_LENGTH = 0.22
-"""Length of arrows that say nothing but a direction, likewise."""
 _LEAST = 0.35
 """Least size of an arc or arrow, as a fraction of the greatest, so that its sense is seen."""
 
@@ -93,7 +91,8 @@ def draw_drives(drawing: Drawing, sweep: Sweep, samples: Array, drives: Sequence
     for name, axis in known.items():
         path, at = f"/drive/{node_name(name)}", axis.origin
         if axis.slides:
-            drawing.arrow(path, at, _LENGTH * radius * axis.direction, DRIVE, means)
+            # Half as long as the greatest arrow: it says nothing but a direction.
+            drawing.arrow(path, at, 0.5 * forms.ARROW * radius * axis.direction, DRIVE, means)
             continue
         arcs = [other.origin for key, other in known.items() if key != name and not other.slides]
         gaps = [np.min(np.linalg.norm(at - other, axis=-1)) for other in arcs]
@@ -109,11 +108,12 @@ def draw_gravity(drawing: Drawing, gravity: Array, points: Array) -> None:
         gravity: `(3,)` [m/s²].
         points: `(n, 3)` between which the mechanism moves [m].
     """
-    shown = _LENGTH * drawing.size * gravity / np.linalg.norm(gravity)
-    low, high = np.min(points, axis=0), np.max(points, axis=0)
-    middle = np.array([low[0] - 0.15 * drawing.size, low[1], 0.5 * (low[2] + high[2])])
-    tail = (middle - 0.5 * shown)[None]
-    drawing.arrow("/loads/gravity", tail, shown[None], GRAVITY, "gravity: its direction")
+    down = gravity / np.linalg.norm(gravity)
+    beside = np.min(points, axis=0) - [0.15 * drawing.size, 0.0, 0.0]
+    # From as high as the mechanism reaches: scales cover the lower corner of the picture.
+    tail = beside + (np.min(points @ down) - beside @ down) * down
+    shown = 0.5 * forms.ARROW * drawing.size * down
+    drawing.arrow("/loads/gravity", tail[None], shown[None], GRAVITY, "gravity: its direction")
 
 
 def _acting(sweep: Sweep, samples: Array, radius: float) -> list[tuple[str, str, Array, Array]]:

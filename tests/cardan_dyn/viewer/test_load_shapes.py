@@ -11,7 +11,7 @@ from testkit.drawn import placed
 
 import cardan_dyn as cd
 from cardan_dyn.practice.viewer.commands import Drawing
-from cardan_dyn.practice.viewer.load_shapes import draw_drives, draw_loads
+from cardan_dyn.practice.viewer.load_shapes import draw_drives, draw_gravity, draw_loads
 
 SAMPLES = np.arange(5)
 
@@ -95,3 +95,14 @@ def test_the_arcs_of_drives_close_to_each_other_are_smaller() -> None:
     alone, one, other = (float(drawing.nodes[f"/drive/j{n}"].scale[0]) for n in (1, 2, 3))
     assert one == other == pytest.approx(0.075)
     assert alone > 2.0 * one
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_gravity_starts_beside_a_mechanism_where_it_reaches_highest(axis: int) -> None:
+    """Lower down, the scales of the picture would cover it."""
+    drawing, gravity = Drawing(2.0), -9.81 * np.eye(3)[axis]
+    draw_gravity(drawing, gravity, np.array([[-1.0, -2.0, -3.0], [4.0, 5.0, 6.0]]))
+    arrow = placed(drawing, "/loads/gravity")
+    np.testing.assert_allclose(turned_z(arrow["quaternion"]), -np.eye(3)[axis], atol=1e-12)
+    assert arrow["position"][axis] == pytest.approx([-1.0, 5.0, 6.0][axis])
+    assert arrow["position"][0] < -1.0
