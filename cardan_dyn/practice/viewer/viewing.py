@@ -96,8 +96,8 @@ def view(
     Raises:
         MissingExtraError: meshcat is not installed; the message names the install command.
         ModelError: a joint is unknown or not among the outputs.
-        ArgumentError: the sweep has no or several dimensions, a number is out of range, or listed
-            elements do not fit the configuration.
+        ArgumentError: the sweep has no or several dimensions, a number is out of range, units are
+            no units with their factors, or listed elements do not fit the configuration.
     """
     meshcat()  # Reports a missing extra before anything is computed.
     if duration is not None:
@@ -120,12 +120,21 @@ def view(
     scenery, arrays = build(shot, shown, parts, samples, frozenset(swings), paths), Arrays()
     along = course(shot, samples, timed=isinstance(sweep, Trajectory))
     told = readings(shot, shown, samples, arrays, along, frozenset(swings))
-    told["units"] = {
-        unit: (other, positive(f"units[{unit!r}]", factor))
-        for unit, (other, factor) in mapping("units", units).items()
-    }
+    told["units"] = _checked_units(units)
     told["duration"] = _duration(along) if duration is None else duration
     return View(render(scenery, title or shot.mechanism.name, told, arrays))
+
+
+def _checked_units(units: object) -> dict[str, tuple[str, float]]:
+    found = {}
+    for unit, told in mapping("units", units).items():
+        if not (isinstance(told, tuple) and len(told) == 2 and isinstance(told[0], str)):
+            raise ArgumentError(
+                f"units[{unit!r}] is {described(told)}, expected another unit and its factor: "
+                '("in", 1.0 / 0.0254)'
+            )
+        found[unit] = told[0], positive(f"the factor of units[{unit!r}]", told[1])
+    return found
 
 
 def _duration(along: Course) -> float:

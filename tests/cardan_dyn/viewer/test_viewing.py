@@ -293,3 +293,10 @@ def test_paths_are_those_of_points_and_of_what_a_task_leads() -> None:
     height = robot.configuration().point("platform")[2]
     rows = np.array([[0.0, y, height, 0.0, 0.0, 0.0] for y in (0.0, 0.02)])
     assert "path of platform" in cd.view(robot.sweep(rows, along_path=True)).html
+
+
+@pytest.mark.parametrize("told", ["in", ("in",), (39.37, "in"), ("in", 0.0), ("in", "39.37")])
+def test_units_of_the_page_come_with_their_factors(told: object) -> None:
+    still = cd.Scene(cd.load("four_bar"), drive="crank_bearing").configuration()
+    with pytest.raises(cd.ArgumentError, match=r"units\['m'\]"):
+        cd.view(still, units={"m": told})
