@@ -16,14 +16,9 @@ function array([at, count, kind]) {
   return new KINDS[kind](bytes, at, count);
 }
 
-const { told } = data;
+const { told } = data, { course } = told;
 for (const row of told.state) row.values = row.values ? array(row.values) : [row.value];
-const course = {
-  name: told.course.name,
-  unit: told.course.unit,
-  values: told.course.values ? array(told.course.values) : null,
-  seconds: told.course.seconds ? array(told.course.seconds) : null,
-};
+for (const name of ["values", "seconds"]) course[name] = course[name] && array(course[name]);
 const count = course.values ? course.values.length : 1;
 
 // The place in increasing or decreasing values at which they pass a value, as a fraction of samples.

@@ -63,7 +63,7 @@ function graphOf(joint, { scale, unit }, drawn) {
   const wide = Math.max(byId("graphs").clientWidth, 200), floor = HIGH - BOTTOM;
   const low = Math.min(0, ...drawn.map((item) => item.least));
   const high = Math.max(0, ...drawn.map((item) => item.most));
-  const [first, last] = extent(course.values);
+  const [first, last] = courseRange;
   const x = (value) => LEFT + (value - first) / (last - first) * (wide - LEFT - RIGHT);
   const y = (value) => floor - (value - low) / (high - low || 1) * (floor - TOP);
   const title = `${drawn.map(nameOf).join(", ")} of ${joint.name} in ${unit} over `

@@ -24,7 +24,7 @@ function addLabel(item) {
   line.style.display = "none";
   if (item.color !== PLAIN) ink(element, item.color, TEXT);
   labelHost.append(element);
-  labels.push({ ...item, element, line, seen: false, box: null, last: 0 });
+  labels.push({ ...item, element, line, box: null, last: 0 });
 }
 
 for (const { path, text, color } of data.scene.labels) {
@@ -162,10 +162,9 @@ function layoutLabels() {
     show(label, text, width, box, anchor);
   }
   for (const label of labels) {
-    if (label.seen && !placed.has(label)) {
+    if (label.box && !placed.has(label)) {
       label.element.hidden = true;
       label.line.style.display = "none";
-      label.seen = false;
       label.box = null;
     }
   }
@@ -178,8 +177,7 @@ function show(label, text, width, box, anchor) {
   const chosen = Boolean(label.joint && choice.joint === label.joint && label.kind === "name");
   if (label.marked !== chosen) element.classList.toggle("chosen", label.marked = chosen);
   element.style.transform = `translate(${box[0]}px, ${box[1]}px)`;
-  if (!label.seen) element.hidden = false;
-  label.seen = true;
+  if (!label.box) element.hidden = false;
   label.box = box;
   const x = Math.min(Math.max(anchor.x, box[0]), box[2]);
   const y = Math.min(Math.max(anchor.y, box[1]), box[3]);
@@ -194,6 +192,6 @@ function show(label, text, width, box, anchor) {
 }
 
 function labelAt(x, y) {
-  return labels.find(({ seen, box, joint }) => seen && joint
+  return labels.find(({ box, joint }) => box && joint
     && x >= box[0] && x <= box[2] && y >= box[1] && y <= box[3]);
 }

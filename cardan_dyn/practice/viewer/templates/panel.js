@@ -322,8 +322,6 @@ function start() {
   select({ joint });
   setTheme(wishedTheme());
   tellPlace();
-  size.width = Math.max(view.clientWidth, 1);
-  size.height = Math.max(view.clientHeight, 1);
   lookFrom(bestDirection(), perspective);
   resize();
   new ResizeObserver(() => {
@@ -347,7 +345,7 @@ window.scene = {
       course.values[0] + share * (course.values[count - 1] - course.values[0])) : 0);
     drawNow();
   },
-  labels: () => labels.filter(({ seen }) => seen)
+  labels: () => labels.filter(({ box }) => box)
     .map(({ box, element, kind }) => ({ box, text: element.textContent, kind })),
   node: (path) => nodes.get(path),
 };
