@@ -78,6 +78,8 @@ def test_holding_one_is_what_editing_the_description_is(
 ) -> None:
     turn = scene_of(cd.load(name), **{joint: value}).sweep(POSITIONS, 20.0)
     assert_same(turn, scene_of(edited(name, joint, **origin)).sweep(POSITIONS, 20.0))
+    written = cd.load(cd.load(name).to_urdf({joint: value}))
+    assert written.description.agrees(edited(name, joint, **origin).description, 1e-14)
     # What holds it is the wrench of its joint along its axis.
     part = "axial" if turn.mechanism.drivable[joint].slides else "torsion"
     np.testing.assert_allclose(turn.holding_effort[joint], getattr(turn[joint], part), atol=1e-9)

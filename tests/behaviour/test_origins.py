@@ -152,6 +152,39 @@ def test_holding_one_is_what_a_text_with_it_is(case: str) -> None:
     )
 
 
+@pytest.mark.parametrize("case", CASES)
+def test_what_is_held_is_written_as_a_text_with_it(case: str) -> None:
+    source, arguments, changes = CASES[case]
+    mechanism = cd.load(source)
+    written = cd.load(mechanism.to_urdf(changes))
+    expected = edited(mechanism.to_urdf(), changes)
+    assert written.description.agrees(expected.description, 1e-14)
+    assert not mechanism.description.agrees(expected.description, 1e-3)
+    held = cd.Scene(mechanism, **{**arguments, "held": {**arguments.get("held", {}), **changes}})
+    drives = len(held.drives)
+    rows = PHI if drives == 1 else 0.02 * PHI[:, None] * np.arange(1, drives + 1)
+    found = cd.Scene(written, **arguments).sweep(rows, speed=3.0)
+    effort = held.sweep(rows, speed=3.0).drive_effort
+    np.testing.assert_allclose(
+        found.drive_effort, effort, rtol=0.0, atol=1e-12 * np.abs(effort).max()
+    )
+    # A scene's own mechanism, in which they are joints, is written as the one that was loaded.
+    assert held.mechanism.to_urdf(changes) == mechanism.to_urdf(changes)
+
+
+def test_what_is_no_length_is_not_written() -> None:
+    bar = cd.load("four_bar")
+    for name, value, error, message in (
+        ("crank_bearing", 0.1, cd.ModelError, "'crank_bearing' says no length or angle"),
+        ("mass:crank", 0.1, cd.ModelError, "'mass:crank' says no length or angle"),
+        ("origin:crank.x", 0.1, cd.ModelError, "joints are"),
+        ("origin:crank_pin.u", 0.1, cd.ArgumentError, "name a component"),
+        ("origin:crank_pin.x", [0.1, 0.2], cd.ArgumentError, "expected a number"),
+    ):
+        with pytest.raises(error, match=message):
+            bar.to_urdf({name: value})
+
+
 def test_derivatives_by_what_is_held_are_those_by_what_is_fixed() -> None:
     """One is of a joint's coordinate, the other of the numbers of a tree."""
     for case in ("lengths of a linkage", "all of a placement"):

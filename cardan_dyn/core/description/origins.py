@@ -8,7 +8,7 @@ its links. To move one is to put a slide or a turn between the joint and the lin
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import reduce
 from typing import Any, NamedTuple
@@ -155,19 +155,46 @@ def _opened(description: Description, origin: Origin) -> Description:
     )
 
 
-def without_origins(description: Description) -> Description:
-    """Return the description in which no length or angle is a joint, with all at zero."""
+def adjusted(description: Description, values: Mapping[str, float]) -> Description:
+    """Return the description whose lengths and angles have the values that a scene holds them at.
+
+    Args:
+        description: without any that are joints.
+        values: of adjustable joints, which stay adjustable from there, and of others; see
+            `origin_of`, with its errors [m or rad].
+    """
+    own = {item.name for item in description.joints if item.adjustable} & {*values}
+
+    def moved(item: Any) -> Any:
+        if item.name not in own:
+            return item
+        movement = _movement(item.adjustable, item.axis, values[item.name])
+        return replace(item, origin=item.origin @ movement)
+
+    others = [name for name in values if name not in own]
+    return without_origins(with_origins(description, others), values).with_each(moved)
+
+
+def without_origins(description: Description, values: Mapping[str, float] = {}) -> Description:
+    """Return the description in which no length or angle is a joint.
+
+    Args:
+        description: with such joints.
+        values: where they stand [m or rad]; zero for what is not named.
+    """
     between = {item.name: item for item in description.joints if item.name in description.origins}
 
-    def at_zero(item: Any) -> Any:
+    def fixed(item: Any) -> Any:
         for carrier, field in item.ENDS:
             while (link := getattr(item, carrier)) in between:
                 moving = between[link]
-                placed = moving.origin @ getattr(item, field)
-                item = replace(item, **{carrier: moving.parent, field: placed})
+                placed = getattr(item, field)
+                if value := values.get(link):
+                    placed = _movement(moving.type, moving.axis, value) @ placed
+                item = replace(item, **{carrier: moving.parent, field: moving.origin @ placed})
         return item
 
-    description = description.with_each(at_zero)
+    description = description.with_each(fixed)
     return replace(
         description,
         links=tuple(item for item in description.links if item.name not in between),
@@ -175,6 +202,16 @@ def without_origins(description: Description) -> Description:
         order=tuple(name for name in description.order if name not in between),
         origins=(),
     )
+
+
+def _movement(kind: str, axis: Array, value: float) -> Array:
+    """Return the `(4, 4)` displacement by a slide [m] or turn [rad] along or about an axis."""
+    result = np.eye(4)
+    if kind == "prismatic":
+        result[:3, 3] = value * axis
+    else:
+        result[:3, :3] = pinocchio.exp3(value * axis)
+    return result
 
 
 def _with(description: Description, changed: JointOrLoop) -> Description:

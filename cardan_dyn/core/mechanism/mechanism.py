@@ -22,6 +22,7 @@ import numpy as np
 import pinocchio
 
 from ...kit.arrays import Array, cardan_angles
+from ...kit.checks import mapping, number
 from ...kit.errors import ModelError, choices
 from ...kit.frozen import Frozen, FrozenDict, read_only
 from .coordinates import Coordinates
@@ -554,11 +555,34 @@ class Mechanism(Frozen):
                     if name == item.name or name not in self.joints:
                         yield name, item
 
-    def to_urdf(self) -> str:
-        """Return the description as URDF+ text, which `load` reads back; without visuals."""
+    def to_urdf(self, adjusted: Mapping[str, float] | None = None) -> str:
+        """Return the description as URDF+ text, which `load` reads back; without visuals.
+
+        Args:
+            adjusted: what scenes hold adjustable joints, lengths and angles at [m or rad], such as
+                the end of an optimisation; see `adjustable`. They are fixed there in the text, and
+                count from there. Masses, centres and inertias of links stay as they are.
+
+        Raises:
+            ArgumentError: a value is no number, or there is no such component of a placement.
+            ModelError: a name says no length or angle; or the description has no notation in URDF+.
+        """
+        from ..description.origins import adjusted as with_values
         from ..description.write import to_urdf
 
-        return to_urdf(self.description)
+        base = self.base
+        values = {
+            name: number(f"adjusted[{name!r}]", value)
+            for name, value in mapping("adjusted", adjusted).items()
+        }
+        for name in values:
+            if not base.is_adjustable(name):
+                raise ModelError(
+                    f"adjusted: {name!r} says no length or angle; name adjustable joints, or "
+                    "origin:JOINT.x, y, z, roll, pitch, yaw",
+                    name=name,
+                )
+        return to_urdf(with_values(base.description, values) if values else self.description)
 
     def __repr__(self) -> str:
         loops = ", ".join(loop.joint for loop in self.loops) or "none"
