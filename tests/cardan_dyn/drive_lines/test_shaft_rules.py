@@ -135,6 +135,39 @@ def test_soft_centre_bearings_let_rigid_shafts_bounce() -> None:
     assert met.value == pytest.approx(missed.limit.value, rel=1e-9)
 
 
+def test_a_bounce_speed_within_the_duty_cycle_passes_nothing() -> None:
+    tube = Tube(outer_diameter=0.08, wall=0.003)
+    given = random_line(3, 1)
+    length = given.geometry.lengths[1]
+    soft = Bearing(distance=0.8 * length, stiffness=1e3)
+    shafts = [
+        given.shafts[0],
+        Shaft(length=length, tube=tube, bearings=[soft]),
+        dataclasses.replace(given.shafts[2], tube=tube),
+        given.shafts[3],
+    ]
+    line = given.replace(shafts=shafts, joints=[ShaftJoint(cross_mass=2.0)] * 3, speed=10.0)
+    # As in the test above: both shafts stay straight, and their joint swings on the bearing.
+    swinging = tube.density * tube.area * given.geometry.lengths[1:3].sum() / 3 + 2.0
+    bounce = float(np.sqrt(1e3 * 0.8**2 / swinging))
+
+    def found(*factors: float, **limits: float | None) -> VerdictRow:
+        speeds = [factor * bounce for factor in factors]
+        duty = [DutyPoint(speed=item, torque=1.0, share=1 / len(speeds)) for item in speeds]
+        case = line.replace(speed=speeds[0], duty_cycle=duty)
+        return rows(case, "bending_speed", **limits)[-1]
+
+    for factors, part in (((0.7, 1.3), "it lies"), ((0.3, 0.7), "half of it lies")):
+        row = found(*factors)
+        assert row.status == "open" and row.value == pytest.approx(bounce, rel=1e-3)
+        assert f"; {part} within" in row.note and "limits['bounce_share']" in row.note
+        assert found(*factors, bounce_share=None).status == "stated"
+        assert found(*factors, bounce_share=0.6).status == "fail"
+    for factors in ((0.6, 0.9), (0.1, 0.3), (1.2, 3.0)):
+        assert found(*factors).status == "stated"
+    assert found(0.1, 0.3, bounce_share=0.6).status == "pass"
+
+
 @pytest.mark.slow
 def test_stress_is_that_of_the_section() -> None:
     outer, inner, torque = 3.5 * INCH, 3.26 * INCH, 1500.0

@@ -350,11 +350,25 @@ def _bounce(case: Case, beams: _Beams, fastest: OperatingPoint) -> Iterator[Verd
     )
     share = case.limit("bounce_share")
     if share is None or not fastest.speed:
-        yield stated(row, "" if share else case.why_not("bounce_share"))
+        near = "" if "bounce_share" in case.given else _inside(case, speed)
+        if near:
+            yield opened(row, f"{near}; {case.why_not('bounce_share')}")
+        else:
+            yield stated(row, "" if share else case.why_not("bounce_share"))
         return
     least = fastest.speed / share.value
     row = replace(row, inverses=beams.stiffer(least))
     yield judged(row, Limit(least, "rad/s", share.source, "least"), "")
+
+
+def _inside(case: Case, speed: float) -> str:
+    """Return in words which part of a speed [rad/s] the operating points lie around, if any."""
+    speeds = [point.speed for point in case.points if point.speed is not None]
+    if min(speeds) <= speed <= max(speeds):
+        return "it lies within the speeds of the line and its duty cycle"
+    if min(speeds) <= speed / 2.0 <= max(speeds):
+        return "half of it lies within the speeds of the line and its duty cycle"
+    return ""
 
 
 def _unless_soft(row: VerdictRow, beams: _Beams) -> VerdictRow:
