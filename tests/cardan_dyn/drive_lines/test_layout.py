@@ -21,6 +21,20 @@ def test_slopes_that_make_a_line_turn_evenly() -> None:
     assert found.line is found.phasing.line
 
 
+def test_variables_without_influence_are_named_and_stay() -> None:
+    # Angles of joints go by slopes alone, which lengths and bearings do not change.
+    line = double_shaft((0.0, 0.2, 0.05))
+    bounds = {"shaft_1.length": (0.5, 2.0), "B.distance": (0.01, 0.02)}
+    found = line.layout({**bounds, "shaft_1.slope_side": (0.0, 0.3)})
+    assert found.idle == ("shaft_1.length", "B.distance")
+    assert found.at_bounds == ()
+    assert found.values["shaft_1.length"] == line.shafts[1].length
+    assert found.values["B.distance"] == 0.02 < line.shafts[0].bearings[-1].distance
+    assert found.values["shaft_1.slope_side"] == pytest.approx(0.025, abs=1e-7)
+    assert "without influence: shaft_1.length, B.distance" in repr(found)
+    assert line.layout({"shaft_1.slope_side": (0.0, 0.3)}).idle == ()
+
+
 @pytest.mark.slow
 def test_a_joint_that_may_be_moved() -> None:
     # Joint 2 where both joint angles are equal: halfway, for shafts that are parallel.

@@ -48,6 +48,8 @@ class Layout(Generic[Line]):
     Attributes:
         values: name of each variable to its value [m or rad].
         at_bounds: names of the variables that stand at a bound: room beyond it would help.
+        idle: names of variables without influence on the best value, wherever they are within their
+            bounds; they stay as they were given, or at the bound next to that.
         phasing: forks of the line with these values; `phasing.given` is that line with the forks
             as they were.
         given: the line that was given.
@@ -59,6 +61,7 @@ class Layout(Generic[Line]):
 
     values: Mapping[str, float]
     at_bounds: tuple[str, ...]
+    idle: tuple[str, ...]
     phasing: Phasing[Line]
     given: Line
     given_value: float
@@ -69,7 +72,9 @@ class Layout(Generic[Line]):
         objective = self.phasing.objective
         best, given = (in_words(objective, item) for item in (self.value, self.given_value))
         values = ", ".join(f"{name} {value:.5g}" for name, value in self.values.items())
-        return f"<Layout of {self.line.name!r} by {objective}: {best}, given {given}; {values}>"
+        idle = f"; without influence: {', '.join(self.idle)}" if self.idle else ""
+        told = f"{best}, given {given}; {values}{idle}"
+        return f"<Layout of {self.line.name!r} by {objective}: {told}>"
 
     @property
     def line(self) -> Line:
@@ -129,12 +134,17 @@ def layout(
         if again.value >= result.value:
             break
         result, found = again, _values(refined, places)
+    idle = _idle(least, bounds, start, found)
+    if np.any(found[idle] != start[idle]):
+        found = np.where(idle, start, found)
+        result = phased(_with(result.line, places, found), task)
     if result.value >= before.value and np.all(start == _values(line, places)):
         result, found = before, start
     gaps = np.minimum(found - bounds[:, 0], bounds[:, 1] - found) / np.ptp(bounds, axis=1)
     return Layout(
         values={name: float(value) for name, value in zip(places, found, strict=True)},
-        at_bounds=tuple(name for name, gap in zip(places, gaps, strict=True) if gap <= NOTHING),
+        at_bounds=tuple(np.array([*places])[~idle & (gaps <= NOTHING)].tolist()),
+        idle=tuple(np.array([*places])[idle].tolist()),
         phasing=result,
         given=line,
         given_value=before.given_value,
@@ -327,6 +337,18 @@ def _searched(least: Value, bounds: Array, start: Array) -> tuple[Array, int]:
         return result.x, int(result.nfev)
     found, more = _refined(least, bounds, result.x)
     return found, int(result.nfev) + more
+
+
+def _idle(least: Value, bounds: Array, start: Array, found: Array) -> Array:
+    """Return which variables `(v,)` may stand anywhere: at both bounds and where they began."""
+    found, best, idle = found.copy(), least(found), np.zeros(len(found), dtype=bool)
+    rounding = NOTHING * max(best, 1.0)
+    for index, places in enumerate(np.column_stack([bounds, start])):
+        others = [np.where(np.arange(len(found)) == index, place, found) for place in places]
+        idle[index] = all(abs(least(values) - best) <= rounding for values in others)
+        if idle[index]:  # So that all of them together have none.
+            found[index] = start[index]
+    return idle
 
 
 def _refined(least: Value, bounds: Array, start: Array) -> tuple[Array, int]:
