@@ -132,6 +132,8 @@ def test_both_languages_have_the_same_places() -> None:
 
 
 PUT_TOGETHER = {
+    "B10 life by rated torque",
+    "B10 life by capacity",
     "bending moment before the joint",
     "bending moment behind the joint",
     "balancing needed: limit {quantity}",
