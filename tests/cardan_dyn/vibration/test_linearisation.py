@@ -9,8 +9,9 @@ from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
 from vibrating_lines import SpringInFront
 
-from cardan_dyn import ArgumentError, vibration
+from cardan_dyn import AccuracyError, Actuator, ArgumentError, vibration
 from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions import search as searching
 from cardan_dyn.motion.vibration.motions.search import MotionSearch
 from cardan_dyn.motion.vibration.results.linearisation import _derivative_error
 
@@ -115,3 +116,21 @@ def test_one_speed_at_a_time() -> None:
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1)
     with pytest.raises(ArgumentError, match=r"takes one speed; vibration\.campbell and floquet"):
         vibration.linearise(scene, [0.3, 0.4])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("stiffness_out", [None, 0.6])
+def test_a_table_with_a_corner_is_refused_before_branches_are_followed(
+    monkeypatch: pytest.MonkeyPatch, stiffness_out: float | None
+) -> None:
+    """Beside a motion along which efforts do not vanish, no others are looked for."""
+    line = elastic_rigs.torsional_line(
+        damping_in=0.04, stiffness_out=stiffness_out, fork_inertia=0.1 if stiffness_out else 0.0
+    )
+    rig = elastic_rigs.scene(line, np.radians(10.0))
+    table = np.array([[-2.0, 0.5], [0.0, 0.0], [2.0, -1.5]])
+    pump = Actuator("twist_in", table, of="position")
+    branches: list[object] = []
+    monkeypatch.setattr(searching, "Branch", lambda *args, **kwargs: branches.append(args))
+    with pytest.raises(AccuracyError, match="the law of an element has a corner"):
+        vibration.linearise(rig.replace(elements=[*rig.elements, pump]), 0.45)
+    assert not branches

@@ -29,8 +29,17 @@ def residuals(motions: Motions) -> Array:
         VibrationError: a motion is not isolated.
         AccuracyError: efforts do not vanish.
     """
+    _refuse_singular(_scaled(motions), motions.course.speed)
+    return efforts_left(motions)
+
+
+def efforts_left(motions: Motions) -> Array:
+    """Return residuals `(S,)` of motions that need not be isolated, see `residuals`.
+
+    Raises:
+        AccuracyError: efforts do not vanish.
+    """
     equation, speed, units = motions.equation, motions.course.speed, motions.model.units
-    _refuse_singular(_scaled(motions), speed)
     # Of a motion that vanishes, efforts are rounding of what a motion of size 1 would need.
     pace = np.abs(speed)[:, None, None, None]
     of_unit = np.abs(equation.stiffness) + pace**2 * np.abs(equation.mass)

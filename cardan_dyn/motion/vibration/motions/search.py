@@ -21,6 +21,7 @@ from ..model.rotating_scene import RotatingScene
 from .continuation import FORETOLD, Branch, Point, Way
 from .harmonic_balance import Motions, found_near, swings
 from .linear import linear_motions, resting
+from .residuals import efforts_left
 
 _BENT = 3e-3
 """Distance from the linear motion, as a fraction of a motion's size, from which on there may be
@@ -68,6 +69,9 @@ class MotionSearch:
 
         Args:
             speed: `(S,)` [rad/s].
+
+        Raises:
+            AccuracyError: the law of an element has a corner in a motion.
         """
         with Task("motions", 4) as task:
             found = self.primary(speed)
@@ -77,6 +81,10 @@ class MotionSearch:
                 known.begin(motions)
             asked = {index for item in found for index in self._with_others(item).tolist()}
             asked |= {index for index in range(len(speed)) if not known.at[index]}
+            if asked and any(item.has_functions for item in self.rotating.scene.elements):
+                # Where a law has corners, branches are long to follow, and all in vain.
+                for motions in found:
+                    efforts_left(motions)
             runs = _runs(speed[sorted(asked)])
             for done, (low, high) in enumerate(runs):
                 task.tell(2 + 2 * done / len(runs))
