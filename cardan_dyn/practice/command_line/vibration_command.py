@@ -234,9 +234,9 @@ def print_table(found: CriticalSpeeds) -> None:
     ]
     texts += found.remarks
     texts.append(
-        "severity: greatest amplitude of a resonance [rad, of slides m], growth of an instability; "
-        "from, to: half power of a resonance, or the fold before it at which it jumps; edges of an "
-        "instability"
+        "severity: greatest amplitude of the mode alone [rad, of slides m], without what other "
+        "modes add or take away; growth of an instability; from, to: half power of a resonance, or "
+        "the fold before it at which it jumps; edges of an instability"
     )
     for text in texts:
         say(text)

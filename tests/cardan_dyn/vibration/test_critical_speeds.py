@@ -98,6 +98,65 @@ def test_peak_of_a_strongly_damped_mode() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("damping", [(0.2, 0.05), (0.6, 0.5)])
+def test_severities_are_those_of_modes_alone(damping: tuple[float, float]) -> None:
+    """Two twists in front of and behind a joint with κ = tan²(β/2), so small that it forces alone.
+
+    J₁ q₁'' + d₁ q₁' + k₁ q₁ = k₂ q₂ + d₂ q₂' and J₂ (q₁'' + q₂'') + k₂ q₂ + d₂ q₂' =
+    4 κ Ω² J₂ sin 2φ. Strongly damped, the second mode has no peak.
+    """
+    kappa, inertia = np.tan(np.radians(1.0)) ** 2, np.array([[0.5, 0.0], [0.5, 0.5]])
+    drag, spring = (
+        np.array([[first, -second], [0.0, second]]) for first, second in (damping, (1, 1))
+    )
+    line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0, *damping)
+    scene = elastic_rigs.scene(line, np.radians(2.0))
+    first, second = (
+        found := vibration.critical_speeds(scene, [0.2, 1.2], orders=2, instabilities=False)
+    )
+    matrix = np.block(
+        [
+            [np.zeros((2, 2)), np.eye(2)],
+            [-np.linalg.solve(inertia, item) for item in (spring, drag)],
+        ]
+    )
+    values, vectors = np.linalg.eig(matrix)
+    upper = np.argsort(np.where(values.imag > 0.0, values.imag, np.inf))[:2]
+    shapes, speeds = vectors[:2, upper], np.linspace(0.2, 1.5, 13001)
+
+    def together(speed: float) -> np.ndarray:
+        pace = 2.0 * speed
+        force = [0.0, kappa * pace**2 * inertia[1, 1]]
+        return np.linalg.solve(spring + 1j * pace * drag - pace**2 * inertia, force)
+
+    def alone(mode: int, speed: float) -> float:
+        share = np.linalg.solve(shapes, together(speed))[mode]
+        return float(np.max(np.abs(share * shapes[:, mode])))
+
+    for mode, row in enumerate((first, second)):
+        known = max(alone(mode, speed) for speed in speeds)
+        if mode and damping[0] == 0.6:
+            known = alone(mode, 0.5 * values[upper[1]].imag)
+            assert np.isnan(row.lower) and np.isnan(row.upper)
+            assert any("mode 2: it has no peak of its own" in text for text in found.remarks)
+        assert row.severity == pytest.approx(known, rel=2e-3) and row.outcome == "known"
+        response = vibration.forced_response(scene, row.speed, joints=[])
+        sizes = np.abs([response.of(name, 2)[0] for name in scene.free])
+        assert sizes == pytest.approx(np.abs(together(row.speed)), rel=2e-3)
+    assert abs(np.max(sizes) / second.severity - 1.0) > 0.04
+    assert "at least" not in str(found)
+
+
+def test_a_mode_that_the_order_does_not_move_has_its_row_with_the_cause() -> None:
+    """Without unbalance, order 1 meets both modes at their damped frequencies alone."""
+    rotor = elastic_rigs.scene(elastic_rigs.rotor(2.0, 0.0, (200.0, 450.0), 4.0), 0.0)
+    found = vibration.critical_speeds(rotor, [8.0, 20.0], orders=1, instabilities=False)
+    assert [row.speed for row in found] == pytest.approx([np.sqrt(99.0), np.sqrt(224.0)])
+    assert [row.severity_text for row in found] == ["0, not moved"] * 2
+    assert "amplitude of the mode alone 0, not moved, Q" in str(found)
+
+
+@pytest.mark.slow
 def test_half_power_at_the_ends_of_a_resonance() -> None:
     ratio = 1e-3
     urdf = elastic_rigs.elastic_rig(damping_ratio=ratio)
@@ -142,11 +201,11 @@ def test_severity_is_the_greatest_that_is_known_where_motions_are_too_large() ->
     own = kappa * r**2 / abs(1.0 - r**2 + 0.02j * r)
     assert 0.9 < row.severity == pytest.approx(own, rel=1e-6)
     assert np.isnan(row.lower) and np.isnan(row.upper)
-    assert f"amplitude at least {row.severity:.3g}" in str(found)
+    assert f"amplitude of the mode alone at least {row.severity:.3g}" in str(found)
     assert any("larger than `max_amplitude`" in remark for remark in found.remarks)
     points = found.peaks()
-    assert points["not the peak, but open"].tolist() == [[row.speed, row.severity]]
-    assert not len(points["peak along its branch"])
+    assert points["mode alone, at least"].tolist() == [[row.speed, row.severity]]
+    assert not len(points["mode alone"])
 
 
 def test_a_remark_says_why_a_branch_was_not_followed_further(
@@ -172,7 +231,7 @@ def test_undamped_resonances_of_linear_lines_have_no_bound() -> None:
     (row,) = found
     assert row.speed == pytest.approx(0.5, abs=1e-6)
     assert (row.severity, row.outcome) == (np.inf, "unbounded")
-    assert "amplitude without bound" in str(found)
+    assert "alone without bound" in str(found)
 
 
 @pytest.mark.parametrize("most", [0.3, pytest.param(1.0, marks=pytest.mark.slow)])
@@ -443,9 +502,7 @@ def test_figure_of_orders_has_the_peak_and_jumps_of_the_table() -> None:
     response = vibration.forced_response(scene, np.linspace(110.0, 112.5, 11), joints=())
     (axes,) = response.plot(orders=found.orders, critical=found).axes
     lines = {line.get_label(): np.array(line.get_data()) for line in axes.lines}
-    np.testing.assert_allclose(
-        lines["peak along its branch"], [[row.speed * PER_MINUTE], [row.severity]]
-    )
+    np.testing.assert_allclose(lines["mode alone"], [[row.speed * PER_MINUTE], [row.severity]])
     np.testing.assert_allclose(
         lines["jump"],
         [

@@ -105,12 +105,12 @@ class CriticalSpeeds(VibrationResult):
         return len(self.rows)
 
     def peaks(self, orders: Sequence[float] | None = None) -> dict[str, Array]:
-        """Return `(C, 2)` speeds and finite amplitudes of resonances, and of their jumps, by name.
+        """Return `(C, 2)` speeds and finite severities of resonances, and of their jumps, by name.
 
         Args:
             orders: whose resonances are wanted; of all if None.
         """
-        names = {KNOWN: "peak along its branch", OPEN: "not the peak, but open"}
+        names = {KNOWN: "mode alone", OPEN: "mode alone, at least"}
         found: dict[str, list[tuple[float, float]]]
         found = {name: [] for name in (*names.values(), "jump")}
         for row in self.rows:
@@ -148,8 +148,8 @@ class CriticalSpeeds(VibrationResult):
             if row.kind == "resonance":
                 lines.append(
                     f"- {row.speed:.6g} rad/s: order {row.order:g} meets mode {row.mode} "
-                    f"({row.whirl}, {row.frequency:.6g} rad/s), amplitude {row.severity_text}, "
-                    f"Q {row.amplification:.3g}"
+                    f"({row.whirl}, {row.frequency:.6g} rad/s), amplitude of the mode "
+                    f"alone {row.severity_text}, Q {row.amplification:.3g}"
                 )
                 if jumps := row.jumps("rad/s"):
                     lines[-1] += f"; {jumps}"

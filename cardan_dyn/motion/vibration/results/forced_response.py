@@ -51,8 +51,9 @@ class ForcedResponsePlot(Plot):
             columns: of the table instead, see `Plot`.
             orders: cycles per revolution of the drive `(K,)`; those without amplitudes are left
                 out.
-            critical: critical speeds of the scene, whose greatest amplitudes and jumps are drawn
-                as points: along the branch of motions, of the coordinate that a mode moves most.
+            critical: critical speeds of the scene, whose severities and jumps are drawn as points:
+                along the branch of motions, what a mode alone gives the coordinate that it moves
+                most. Lines have what other modes add or take away as well.
             logarithmic: amplitudes on a logarithmic scale.
             options: `title`, `ax` (one axes) and `figsize`.
 

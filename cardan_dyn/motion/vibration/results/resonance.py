@@ -208,9 +208,10 @@ class CriticalSpeed(NamedTuple):
             before forward whirl, 0 for an instability; its column in `campbell` is one less.
         frequency: order times size of the speed [rad/s]; NaN for an instability.
         whirl: `forward`, `backward`, `planar`; empty for an instability.
-        severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
-            m], 0 where the order does not move the mode, NaN where no motion was found; growth
-            rate of an instability [1/s].
+        severity: greatest amplitude that the mode alone gives a free coordinate at that order
+            [rad or m], 0 where the order does not move the mode, NaN where no motion was found; of
+            a mode without a peak of its own, at the crossing, as a remark says. `forced_response`
+            has what other modes add or take away as well. Growth rate of an instability [1/s].
         outcome: `known`; `unbounded`: the equation is linear and has no damping, so that the
             severity is infinite; `open`: the branch of motions was not followed to its peak, as a
             remark says why, or an instability goes on beyond the range, so that the severity is the
@@ -248,6 +249,8 @@ class CriticalSpeed(NamedTuple):
             return "without bound"
         if np.isnan(self.severity):
             return "not found"
+        if not self.severity:
+            return "0, not moved"
         return f"{'at least ' if self.outcome == OPEN else ''}{self.severity:.3g}"
 
     def jumps(self, unit: str, scale: float = 1.0) -> str:
@@ -331,8 +334,9 @@ def resonance(search: MotionSearch, order: float, mode: int, rest: Crossing) -> 
         if not there:
             note = f"it has no peak of its own, and {search.missed[0]}"
             return told(crossing, np.nan, OPEN, note)
-        note = "it has no peak of its own: its amplitude is that of the motion at the crossing"
-        return told(crossing, found.share(Point.of(there[0])), OPEN, note)
+        note = "it has no peak of its own: its amplitude is the one at the crossing"
+        # Nothing was missed on a branch that is whole.
+        return told(crossing, found.share(Point.of(there[0])), KNOWN if is_whole else OPEN, note)
     if not is_whole and not is_damped and _is_linear(found.peak):
         return told(rest, np.inf, UNBOUNDED)
     ends: dict[str, float] = {}
