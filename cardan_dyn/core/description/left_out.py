@@ -88,9 +88,12 @@ def dynamics_left_out(joints: Iterable[JointOrLoop], where: str) -> list[str]:
     others = [item.name for item in acting if item.type not in _BALLS]
     has_springs = any(item.dynamics.stiffness for item in acting)
     what = "damping, friction or springs" if has_springs else "damping or friction"
-    taken = "Scene(..., elements=described_elements(mechanism)) takes it in"
+    taken = (
+        "Scene(..., elements=described_elements(mechanism)) takes it in, as "
+        "`cardan-dyn simulate` and `vibration` do; other scenes are without it"
+    )
     return [
-        *line_of(where, what, others, taken),
+        *line_of(where, what, others, taken, is_left_out=False),
         *line_of(where, what, balls, "wrenches are without it", "ball"),
     ]
 

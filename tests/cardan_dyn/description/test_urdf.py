@@ -111,8 +111,9 @@ def test_a_universal_joint_of_the_tree_is_two_hinges() -> None:
 def test_what_is_left_out_is_said() -> None:
     robot = ROBOT.format(**PLAIN | {"more": '<dynamics damping="2" friction="0"/>'})
     assert cd.load(robot).warnings == (
-        "URDF text: damping or friction of 1 joint (j) left out: "
-        "Scene(..., elements=described_elements(mechanism)) takes it in",
+        "URDF text: damping or friction of 1 joint (j): "
+        "Scene(..., elements=described_elements(mechanism)) takes it in, as "
+        "`cardan-dyn simulate` and `vibration` do; other scenes are without it",
     )
     assert read(more="<dynamics/>").warnings == ()
 

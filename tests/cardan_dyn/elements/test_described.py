@@ -56,8 +56,9 @@ def test_coordinates_of_joints_with_several_all_rub_and_balls_do_not() -> None:
     mechanism = cd.load(text)
     assert list(mechanism.joint_dynamics) == ["u.turn_1", "u.turn_2"]
     assert [warning.split(": ", 1)[1] for warning in mechanism.warnings] == [
-        "damping or friction of 1 joint (u) left out: "
-        "Scene(..., elements=described_elements(mechanism)) takes it in",
+        "damping or friction of 1 joint (u): "
+        "Scene(..., elements=described_elements(mechanism)) takes it in, as "
+        "`cardan-dyn simulate` and `vibration` do; other scenes are without it",
         "damping or friction of 1 ball (s) left out: wrenches are without it",
     ]
 
@@ -75,7 +76,7 @@ def test_springs_become_elements_and_are_written() -> None:
         cd.JointSpring("a", 0.0, 2.0, name="damping of a"),
         cd.JointSpring("a", 3.0, 0.0, -0.5, name="spring of a"),
     )
-    assert "damping, friction or springs of 1 joint (a) left out" in mechanism.warnings[0]
+    assert "damping, friction or springs of 1 joint (a): Scene(" in mechanism.warnings[0]
     assert cd.load(mechanism.to_urdf()).description == mechanism.description
 
 

@@ -30,7 +30,7 @@ def test_forces_that_wrenches_leave_out() -> None:
     )
     warnings = read(FORCES, strict=False).warnings
     assert len(warnings) == 9, "an actuator along a tendon is told as well"
-    assert "springs of 1 joint (d) left out: Scene(..., elements=described" in warnings[-1]
+    assert "springs of 1 joint (d): Scene(..., elements=described" in warnings[-1]
     assert "joint 'd': damping 1 2 left out of the wrenches" in warnings[2]
     same_as_urdf(cd.load(FORCES.replace(' stiffness="3"', ""), strict=False))
 

@@ -81,8 +81,9 @@ DYNAMICS = (
     "<spring_stiffness>3</spring_stiffness><spring_reference>0.1</spring_reference></dynamics>"
 )
 TAKES_IN = (
-    "SDF text: damping, friction or springs of 1 joint (j) left out: "
-    "Scene(..., elements=described_elements(mechanism)) takes it in"
+    "SDF text: damping, friction or springs of 1 joint (j): "
+    "Scene(..., elements=described_elements(mechanism)) takes it in, as "
+    "`cardan-dyn simulate` and `vibration` do; other scenes are without it"
 )
 
 
