@@ -111,18 +111,19 @@ def clearance_of(given: Any, name: str, length: float) -> float:
     return clearance
 
 
-def refuse_unknown(joints: Collection[str], **given: Any) -> None:
-    """Refuse values by name of joints that a mechanism does not have.
+def refuse_unknown(joints: Collection[str], what: str = "is no joint", /, **given: Any) -> None:
+    """Refuse values by name of joints that are none of some.
 
     Args:
-        joints: names of its joints.
+        joints: names of these.
+        what: is wrong with others.
         given: arguments; those that are no mappings hold for all joints.
     """
     for label, values in given.items():
         for name in values if isinstance(values, Mapping) else ():
             if name not in joints:
                 raise ArgumentError(
-                    f"{label} names {described(name)}, which is no joint; {choices(joints, name)}"
+                    f"{label} names {described(name)}, which {what}; {choices(joints, name)}"
                 )
 
 

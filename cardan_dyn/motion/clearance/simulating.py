@@ -11,9 +11,9 @@ import pinocchio
 from ...core.elements.contact_laws import ContactLaw, LinearContact
 from ...core.response.identity import forces_identity
 from ...kit.arrays import Array
-from ...kit.checks import described, mapping, number, positive
+from ...kit.checks import described, number, positive
 from ...kit.differences import displacements, slopes
-from ...kit.errors import ArgumentError, IndeterminateError, choices
+from ...kit.errors import ArgumentError, IndeterminateError
 from ...kit.roots import zero
 from .arguments import (
     clearance_of,
@@ -201,16 +201,9 @@ class RigidStart:
 
     def _reach(self, radius: Any) -> dict[str, float]:
         """Return the distances of bearings from the origins of joints."""
-        if radius is not None and not isinstance(radius, Mapping):
-            return dict.fromkeys(self.joints, positive("radius", radius))
-        given = mapping("radius", radius)
-        for name in given:
-            if name not in self.joints:
-                raise ArgumentError(
-                    f"radius names joint {name!r}, which has no clearance; joints: "
-                    f"{choices(self.joints)}"
-                )
-        return {name: positive(f"radius[{name!r}]", value) for name, value in given.items()}
+        refuse_unknown(self.joints, "has no clearance", radius=radius)
+        names = self.joints if radius is not None and not isinstance(radius, Mapping) else radius
+        return {name: positive(*of_joint("radius", radius, name)) for name in names or ()}
 
     def _steady(self) -> float:
         """Position of the drive at which all forces are far from a reversal [rad]."""

@@ -22,10 +22,7 @@ def near(
 ) -> tuple[Driven, Motions]:
     search = MotionSearch(rotating_scene(scene))
     (motions,) = search.primary(np.array(speeds))
-    finder = DrivenMotions(
-        search.model.efforts, search.rotating.period, search.rotating.units, torque
-    )
-    return finder.of(motions.course.speed, motions.course.q, motions.model.divisor), motions
+    return DrivenMotions(search, torque).of(motions), motions
 
 
 @pytest.mark.slow

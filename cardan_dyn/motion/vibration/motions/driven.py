@@ -24,7 +24,9 @@ from ....kit.checks import described, numbers
 from ....kit.differences import displacements, slopes
 from ....kit.errors import ArgumentError, VibrationError
 from ....kit.periodic import derivatives, interpolation, next_size, nodes, tail
-from ..model.efforts import FreeEfforts, with_drive
+from ..model.efforts import with_drive
+from .harmonic_balance import Motions
+from .search import MotionSearch
 
 _MOST_LEFT = float(np.sqrt(EPS))
 """Residual, and highest orders, as a fraction of the whole, with which no motion is returned."""
@@ -108,33 +110,26 @@ class Driven(NamedTuple):
 class DrivenMotions:
     """Finds motions under a torque near those at constant speed."""
 
-    def __init__(
-        self, efforts: FreeEfforts, period: float, units: Array, torque: Characteristic | None
-    ) -> None:
+    def __init__(self, search: MotionSearch, torque: Characteristic | None) -> None:
         """Take a scene.
 
         Args:
-            efforts: of its coordinates.
-            period: of the mechanism [rad].
-            units: of the free coordinates `(n,)`.
+            search: of the scene.
             torque: characteristic of the drive; None where it is held at constant speed.
         """
-        self._efforts, self._period, self._units = efforts, period, units
+        self._efforts, self._units = search.model.efforts, search.rotating.units
+        self._period = search.rotating.period
         self._is_held, self._given = torque is None, torque or Characteristic(0.0)
 
-    def of(self, speed: Array, q: Array, divisor: int) -> Driven:
-        """Return the motions near others.
-
-        Args:
-            speed: mean speeds `(S,)` [rad/s].
-            q: motions `(S, N, n)` at constant speed, at the nodes of a part of the period.
-            divisor: how many of these parts the period has.
+    def of(self, motions: Motions) -> Driven:
+        """Return the motions near others at constant speed.
 
         Raises:
             VibrationError: there is none near one of them.
             CardanError: as `Scene.sweep`.
         """
-        q, period = self._repeated(speed, q, divisor)
+        speed = motions.course.speed
+        q, period = self._repeated(speed, motions.course.q, motions.model.divisor)
         pace = np.repeat(speed[:, None], q.shape[1], axis=1)
         if self._is_held:
             found, _ = self._driven(period, speed, pace, q)

@@ -88,12 +88,10 @@ def newton_steps(matrix: Array, efforts: Array) -> Array:
     try:
         steps = np.linalg.solve(matrix, sides)
     except np.linalg.LinAlgError:
-        steps = np.full(sides.shape, np.nan)
-        for index, (one, side) in enumerate(zip(matrix, sides, strict=True)):
-            try:
-                steps[index] = np.linalg.solve(one, side)
-            except np.linalg.LinAlgError:
-                continue
+        if size == 1:
+            return np.full_like(efforts, np.nan)
+        each = zip(matrix[:, None], efforts[:, None], strict=True)
+        return np.concatenate([newton_steps(*one) for one in each])
     return np.asarray(np.swapaxes(steps.reshape(size, free, count), 1, 2))
 
 

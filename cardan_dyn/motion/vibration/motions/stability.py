@@ -170,15 +170,8 @@ def gauss(stages: int) -> tuple[Array, Array, Array]:
     basis = np.polynomial.legendre.legvander(roots, stages - 1)
     norms = 2.0 / (2.0 * np.arange(stages) + 1.0)
     lagrange = (basis * weights[:, None] / norms).T
-    integrals = np.stack(
-        [
-            np.polynomial.legendre.legval(
-                roots, np.polynomial.legendre.legint(np.eye(stages)[order], lbnd=-1.0)
-            )
-            for order in range(stages)
-        ],
-        axis=1,
-    )
+    rising = np.polynomial.legendre.legint(np.eye(stages), lbnd=-1.0)
+    integrals = np.polynomial.legendre.legval(roots, rising).T
     return points, 0.5 * integrals @ lagrange, 0.5 * weights
 
 

@@ -18,11 +18,10 @@ from ....kit.periodic import nodes
 from ....kit.time_left import Task
 from ...simulation.events import Event
 from ..model.efforts import with_drive
-from ..model.rotating_scene import rotating_scene
 from ..motions.driven import Characteristic, DrivenMotions
 from ..motions.search import MotionSearch
 from ..motions.steady_path import steady_path
-from .periodic_motion import refuse_missed
+from .periodic_motion import refuse_missed, search_of
 from .result import VibrationResult, table_of, unit_of
 from .torque_curve import TorqueBarrier, TorqueCurve
 
@@ -92,9 +91,7 @@ class SimulatedRun:
         found, _ = search.smallest(np.array([first]))
         refuse_missed(search, np.array([first]))
         (motions,) = found
-        self._begun = DrivenMotions(
-            search.model.efforts, rotating.period, rotating.units, torque
-        ).of(motions.course.speed, motions.course.q, motions.model.divisor)
+        self._begun = DrivenMotions(search, torque).of(motions)
 
     def over(self, duration: float, rtol: float) -> Run:
         """Return the run.
@@ -423,7 +420,7 @@ def run_up(
         raise ArgumentError(
             f"from_speed {from_speed!r} and to_speed {to_speed!r}: give two speeds of one sense"
         )
-    search = MotionSearch(rotating_scene(scene), positive("max_amplitude", max_amplitude))
+    search = search_of(scene, max_amplitude)
     given = None if torque is None else Characteristic(torque)
     with Task("run-up", 2) as task:
         run = SimulatedRun(search, first, last, given).over(duration, rtol)

@@ -14,7 +14,7 @@ from ....kit.arrays import ROUNDED, Array
 from ....kit.extremes import greatest, peak
 from ....kit.periodic import amplitudes, orders_of
 from ..model.modes import averaged, sense_name
-from ..motions.driven import Characteristic, Driven, DrivenMotions
+from ..motions.driven import Characteristic, DrivenMotions
 from ..motions.harmonic_balance import Motions
 from ..motions.linear import averaged_motions
 from ..motions.residuals import residuals
@@ -83,9 +83,8 @@ class TorqueCurve:
             path: of motions at constant speed.
             torque: characteristic of the drive; None where its motion is prescribed.
         """
-        rotating = search.rotating
         self._search, self._path, self._is_prescribed = search, path, torque is None
-        self._motions = DrivenMotions(search.model.efforts, rotating.period, rotating.units, torque)
+        self._motions = DrivenMotions(search, torque)
 
     def predicted(self) -> Predicted:
         """Return what the path predicts, speeds without a motion among it.
@@ -102,7 +101,7 @@ class TorqueCurve:
         for motions in self._path.together():
             if self._is_prescribed:
                 residuals(motions)
-            found = self._driven(motions)
+            found = self._motions.of(motions)
             swing[motions.index] = half_swings(found.position)
             linear[motions.index] = half_swings(averaged_motions(motions))
             torque[motions.index], lack[motions.index] = found.torque, found.lack
@@ -133,7 +132,7 @@ class TorqueCurve:
         ends, known = (speed[top - 1], speed[top + 1]), (speed[top], lack[top])
         at, _ = peak(lambda at: self._lack(at, sense), *ends, known)
         (motions,) = self._path.near(at)
-        driven = self._driven(motions)
+        driven = self._motions.of(motions)
         torque, missing = float(driven.torque[0]), float(driven.lack[0])
         order, mode, whirl = self._resonance(motions)
         return TorqueBarrier(
@@ -162,10 +161,7 @@ class TorqueCurve:
     def _lack(self, speed: float, sense: float) -> float:
         """Return what the drive lacks at a speed; -inf where the path has ended."""
         found = self._path.near(speed)
-        return sense * float(self._driven(found[0]).lack[0]) if found else -np.inf
-
-    def _driven(self, motions: Motions) -> Driven:
-        return self._motions.of(motions.course.speed, motions.course.q, motions.model.divisor)
+        return sense * float(self._motions.of(found[0]).lack[0]) if found else -np.inf
 
     def _resonance(self, motions: Motions) -> tuple[float, int, str]:
         """Return order, mode and whirl that move most in a motion."""
