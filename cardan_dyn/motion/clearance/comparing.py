@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...core.elements.contact_laws import LinearContact
-from ...kit.arrays import Array
+from ...kit.arrays import ROUNDED, Array
 from ...kit.checks import described
 from ...kit.errors import ArgumentError
 from .contact_simulation import ContactSimulation, finer
@@ -16,9 +16,6 @@ from .scan_results import ComparedReversal, JointScan, Scan, ScanComparison
 
 if TYPE_CHECKING:
     from ...core.elements.pin_contact import PinContact
-
-_SAME = 1e-6
-"""Difference of clearance, stiffness or damping, as a fraction, that is rounding."""
 
 
 def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
@@ -48,7 +45,7 @@ def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
     common = [joint for joint in scan.values() if opened.intersection(joint.by_bearing())]
     if not common:
         raise ArgumentError("no joint of the simulation was scanned")
-    if abs(scan.speed - simulation.speed) > 1e-12 * abs(scan.speed):
+    if abs(scan.speed - simulation.speed) > ROUNDED * abs(scan.speed):
         raise ArgumentError(
             f"the scan is of {scan.speed:g} rad/s, the simulation of {simulation.speed:g} rad/s"
         )
@@ -82,7 +79,7 @@ def _check_bearings(joint: JointScan, simulation: ContactSimulation) -> None:
     for pin, radius in joint.radius.items():
         places = [simulation.contact(f"{pin}{side}").point_a for side in "+-"]
         reach = 0.5 * float(np.linalg.norm(places[0] - places[1]))
-        if not np.isclose(reach, radius, rtol=_SAME, atol=0.0):
+        if not np.isclose(reach, radius, rtol=np.sqrt(ROUNDED), atol=0.0):
             raise ArgumentError(
                 f"joint {pin!r}: the simulation has its bearings {reach:.6g} m from its origin, "
                 f"the scan a radius of {radius:.6g} m; give both the same"
@@ -97,6 +94,7 @@ def _check_same(joint: JointScan, contact: PinContact) -> None:
             f"joint {joint.name!r}: the simulation has the law {type(law).__name__}, the scan that "
             "of a linear contact; simulate with stiffness= and damping_ratio=, or a LinearContact"
         )
+    same = np.sqrt(ROUNDED)  # Masses, by which damping is meant, are known to fewer digits.
     for label, unit in ("clearance", "m"), ("stiffness", "N/m"), ("damping", "N s/m"):
         is_law = label != "clearance"
         simulated = getattr(law if is_law else contact, label)
@@ -106,7 +104,7 @@ def _check_same(joint: JointScan, contact: PinContact) -> None:
             else [*joint.clearance.values()]
         )
         low, high = min(scanned, default=simulated), max(scanned, default=simulated)
-        if not (1.0 - _SAME) * low <= simulated <= (1.0 + _SAME) * high:
+        if not (1.0 - same) * low <= simulated <= (1.0 + same) * high:
             raise ArgumentError(
                 f"joint {joint.name!r}: the simulation has a {label} of {simulated:.6g} {unit}, "
                 f"the scan one of {low:.6g}; give both the same clearance, stiffness and "

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _SAMPLES, _MOST_SAMPLES = 720, 11_520
 """Positions over a period; doubled until the forces' series ends."""
-_ROUGH = 1e-6
+_ROUGH = float(np.sqrt(ROUNDED))
 """Last harmonics of a force, and depth of a dip in its size, as a fraction of the greatest, that
 may be rounding: a force is exact beside the greatest of all joints alone."""
 _FLAT = 1e-4

@@ -23,7 +23,7 @@ from ...core.mechanism.joints import Part
 from ...core.mechanism.undescribed import REMEDY
 from ...core.problem.samples import Targets
 from ...core.results.collect import motion_at
-from ...kit.arrays import NOTHING, Array, cross
+from ...kit.arrays import NOTHING, ROUNDED, Array, cross
 from ...kit.checks import number
 from ...kit.errors import ModelError
 from ...kit.periodic import Fourier
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ...core.results.motion import Motion
     from ...core.results.sweep import Sweep
 
-_PUSHED = 1e-6
+_PUSHED = float(np.sqrt(ROUNDED))
 """Part of a force that motion does not decide, or that pushes what has no mass, as a fraction, that
 counts as none."""
 _PARALLEL = 0.1

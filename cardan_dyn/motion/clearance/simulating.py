@@ -10,7 +10,7 @@ import pinocchio
 
 from ...core.elements.contact_laws import ContactLaw, LinearContact
 from ...core.response.identity import forces_identity
-from ...kit.arrays import Array
+from ...kit.arrays import NOTHING, Array
 from ...kit.checks import described, number, positive
 from ...kit.differences import displacements, slopes
 from ...kit.errors import ArgumentError, IndeterminateError
@@ -293,7 +293,7 @@ class RigidStart:
             is_open = what_is_open(self._scene.solver, sweep, name)
             return none if is_open else across_pin(sweep, sweep.motion, name)
         joint = sweep.mechanism.joint(name)
-        beside = np.abs(joint.parts[0].axis) < 1.0 - 1e-9
+        beside = np.abs(joint.parts[0].axis) < 1.0 - NOTHING
         if not np.all(sweep[name].unique[3:][beside]):
             return none
         axis = sweep.rotation(name) @ joint.parts[0].axis

@@ -27,9 +27,9 @@ _MOST_ELEMENTS = 50_000
 """Elements at the first try, of some 10 000 swings in a period, that memory and time allow."""
 STABLE, FLIP, FOLD, COMBINATION = "stable", "instability", "fold", "combination"
 FLUTTER, NONE = "flutter", "no motion"
-_UNSTABLE = 1e-6
+_UNSTABLE = float(np.sqrt(ROUNDED))
 """Excess of a multiplier's size over 1 that is none of rounding: at a collision the latter parts
-multipliers by its root, some 1e-7. In a region that is entered at speed Ω₀, it is reached where
+multipliers by its root. In a region that is entered at speed Ω₀, it is reached where
 (Ω - Ω₀)/width is about its square."""
 
 

@@ -326,7 +326,7 @@ def _remarks(
                 f"{where}"
             )
     slowest = min(abs(end) for end in ends)
-    if slowest < unseen * (1.0 - 1e-9):
+    if slowest < unseen * (1.0 - NOTHING):
         remarks.append(
             f"below {unseen:.4g} rad/s ({unseen * 30.0 / np.pi:.4g} 1/min), narrow instabilities "
             f"are not looked for: there modes swing more than {_MULTIPLES / 2:g} times in a period"

@@ -380,7 +380,7 @@ def shares_of(point: Point, order: float, shapes: Array) -> Array:
     """
     waves = amplitudes(point.q)
     wave = order * point.model.period / (2.0 * np.pi)
-    if abs(wave - round(wave)) > 1e-9 or round(wave) >= len(waves):
+    if abs(wave - round(wave)) > NOTHING or round(wave) >= len(waves):
         return np.zeros(shapes.shape[1])
     one = waves[round(wave)]
     # Where the drive turns back, exp(i order φ) goes the other way in time than modes do.

@@ -22,10 +22,6 @@ from ..motions.search import MotionSearch
 from ..motions.steady_path import SteadyPath
 from .campbell import modes_about
 
-_PROMINENT = 1e-6
-"""Height of a barrier above its surroundings, as a fraction of the range of torques: a low one
-before a high one may be what holds a weak drive."""
-
 
 class TorqueBarrier(NamedTuple):
     """A resonance as the drive meets it.
@@ -124,7 +120,8 @@ class TorqueCurve:
         speed, lack = found.predicted_speed[there], sense * found.predicted_lack[there]
         if len(lack) < 3 or not np.ptp(lack) > 0.0:
             return ()
-        tops, _ = find_peaks(lack, prominence=_PROMINENT * np.ptp(lack))
+        # A low one before a high one may be what holds a weak drive.
+        tops, _ = find_peaks(lack, prominence=np.sqrt(ROUNDED) * np.ptp(lack))
         return tuple(self._barrier(speed, lack, int(top), sense) for top in tops)
 
     def _barrier(self, speed: Array, lack: Array, top: int, sense: float) -> TorqueBarrier:
