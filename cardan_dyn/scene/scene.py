@@ -736,7 +736,8 @@ class Scene(Prescribed):
             loads: joints and links to what acts there instead of in the scene: a value, or a
                 function of `(time)` or `(time, position, speed)`, the latter two by joint names.
                 What acts for less than 1/200 of the duration may be overlooked; a `step` that is
-                shorter sees it.
+                shorter sees it. Where it jumps over the state, rounding of the state decides which
+                of its sides holds at that very time: the same one for all results.
             rtol: relative tolerance of each step.
             atol: absolute tolerance [rad, fractions of the characteristic length, and of the
                 greatest speed at the start]; like `rtol` if None.

@@ -198,7 +198,8 @@ class _OfMachine(Run):
         rows = self._run.rows(times)
         x, turns = rows.x[:, self.columns], rows.turns[:, self.columns]
         v, a, exist = (part[:, self.rates] for part in (rows.v, rows.a, rows.exist))
-        return Rows(x, turns, v, a, exist)
+        read = rows.read and (rows.read[0][:, self.columns], rows.read[1][:, self.rates])
+        return Rows(x, turns, v, a, exist, read=read)
 
     def given(self, times: Array) -> States:
         """Return how rows of the tasks move at times `(N,)`."""

@@ -155,7 +155,7 @@ def by_response(setup: Setup) -> Trajectory:
     )
 
     ended = _followed(setup, integration)
-    run = OneCoordinateRun(solver, integration.times, IntegratedLaw(integration))
+    run = OneCoordinateRun(solver, integration.times, IntegratedLaw(integration, equation))
     return _trajectory(setup, integration, ended, run, "response")
 
 

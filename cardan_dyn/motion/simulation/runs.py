@@ -14,6 +14,7 @@ from .continuity import States
 from .energy_integral import EnergyIntegral
 from .free_balls import WithBalls
 from .integration import Integration
+from .scalar_equation import ScalarEquation
 from .system import Rows, System
 
 
@@ -98,16 +99,24 @@ class OneCoordinateRun(Run):
         """See `Run.rows`."""
         drives = drives or self.drives_alone(times)
         motion = motion_at(self._solver, Targets.of_positions(drives.x), drives.v, drives.a)
-        return Rows(motion.x, motion.turns, motion.v, motion.a, np.ones(motion.v.shape, dtype=bool))
+        exist = np.ones(motion.v.shape, dtype=bool)
+        read = self._law.read(times) if isinstance(self._law, IntegratedLaw) else None
+        return Rows(motion.x, motion.turns, motion.v, motion.a, exist, read=read)
 
 
 class IntegratedLaw:
     """The drive's motion as a scalar equation was integrated: a function of times `(N,)`."""
 
-    def __init__(self, integration: Integration) -> None:
-        self._integration = integration
+    def __init__(self, integration: Integration, equation: ScalarEquation) -> None:
+        self._integration, self._equation = integration, equation
 
     def __call__(self, times: Array) -> States:
         """Return the motion at times, each `(N,)`."""
         y, turns, rates = self._integration.columns(times)
         return States(y[:, 0] + 2.0 * np.pi * turns[:, 0], y[:, 1], rates[:, 1])
+
+    def read(self, times: Array) -> tuple[Array, Array]:
+        """Return coordinates `(N, size)` and velocities `(N, nv)` that forces were told of."""
+        y, turns, _ = self._integration.columns(times)
+        x, v = zip(*map(self._equation.read, y, turns), strict=True)
+        return np.array(x), np.array(v)

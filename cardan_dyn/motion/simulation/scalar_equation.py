@@ -73,10 +73,15 @@ class ScalarEquation(Equations):
             self.turns = self.turns + np.array([periods * self._period / (2.0 * np.pi), 0.0])
         return y
 
+    def read(self, y: Array, turns: Array) -> tuple[Array, Array]:
+        """Return the coordinates, all turns counted, and velocities of a row that forces read."""
+        _, x, ratios = self._at(float(y[0]), float(turns[0]))
+        return x, ratios * y[1]
+
     def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
         """Return positions and speeds by name of a row."""
-        _, x, ratios = self._at(float(y[0]), float(turns[0]))
-        return self._names.positions(x), self._names.speeds(ratios * y[1])
+        x, v = self.read(y, turns)
+        return self._names.positions(x), self._names.speeds(v)
 
 
 def _table(solver: ProblemSolver, functions: EnergyFunctions) -> Fourier:

@@ -32,6 +32,8 @@ class Rows(NamedTuple):
         exist: which of them are decided `(N, nv)`. Where axes of a ball coincide, the rates of its
             angles may have no limit; what stands there moves the body otherwise.
         bodies: the same states by rotations instead of angles; None where angles are as good.
+        read: coordinates, all turns counted, and velocities that forces were told of when the
+            method found `a`; None where they are those above to the last digit.
     """
 
     x: Array
@@ -40,12 +42,14 @@ class Rows(NamedTuple):
     a: Array
     exist: Array
     bodies: BodyStates | None = None
+    read: tuple[Array, Array] | None = None
 
     def at(self, chosen: Array) -> Rows:
         """Return some of them."""
         bodies = self.bodies and BodyStates(self.bodies[0], *(at[chosen] for at in self.bodies[1:]))
+        read = self.read and (self.read[0][chosen], self.read[1][chosen])
         x, turns, v, a, exist = (values[chosen] for values in self[:5])
-        return Rows(x, turns, v, a, exist, bodies)
+        return Rows(x, turns, v, a, exist, bodies, read)
 
 
 class BodyStates(NamedTuple):
@@ -339,7 +343,8 @@ class System:
         v, a, exist = map(np.array, zip(*found, strict=True))
         wound, angles = np.zeros_like(counted), self.mechanism.coordinates.angle_columns
         wound[:, angles] = np.round(counted[:, angles] / (2.0 * np.pi))
-        return Rows(counted - 2.0 * np.pi * wound, wound, v, a, exist, bodies)
+        x = counted - 2.0 * np.pi * wound
+        return Rows(x, wound, v, a, exist, bodies, (counted, v))
 
     def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
         """Return positions and speeds by name of a row."""

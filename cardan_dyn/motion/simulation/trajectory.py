@@ -574,7 +574,8 @@ class Trajectory(MotionResult):
     def _acting(self) -> Acting:
         """Return rates of the drives and what acts at the times."""
         problem = self._problem
-        joints, links = self._forces.sampled(self.time, *self.states)
+        # Where a load jumps, states that are closed anew may be on its other side.
+        joints, links = self._forces.sampled(self.time, *(self._rows.read or self.states))
         efforts = {name: np.asarray(effort) for name, effort in joints.items()}
         return acting_on(problem)._replace(
             speeds=self._of_drives.v,
