@@ -409,7 +409,7 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
     mobility = len(of.independent)
     mechanism, blocks = followers(of.mechanism, tasks, start)
     rows = [name for block in blocks for name in block.rows]
-    named, name = ", ".join(rows), of.mechanism.name
+    name = of.mechanism.name
     if twice := {row for row in rows if rows.count(row) > 1}:
         raise ArgumentError(f"the task names {choices(twice)} more than once")
     if len(rows) != mobility:
@@ -419,9 +419,11 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
             if len(rows) < mobility
             else f"{apart} too many: leave out what it cannot be given, such as axes of points"
         )
+        asked = len(rows) - len(of.free)
+        beside = f" beside what is free ({', '.join(of.free)})" if of.free else ""
         raise MobilityError(
-            f"{name}: its motion has {mobility} degrees of freedom, and the task {len(rows)} rows "
-            f"({named}), {advice}",
+            f"{name}: its motion has {mobility} degrees of freedom, and the task {asked} "
+            f"row{'s' * (asked != 1)} ({', '.join(rows[:asked])}){beside}, {advice}",
             mobility=mobility,
         )
     closing = {loop.joint for loop in mechanism.loops}
@@ -453,7 +455,8 @@ def _followed(machine: ProblemSolver, tasks: tuple[Task, ...]) -> tuple[list[Blo
         free = [key for key in error.free if key in of.mechanism.drivable]
         left = f", and leave {choices(free)} undecided" if free else ""
         raise MobilityError(
-            f"{name}: the rows of the task ({named}) depend on each other{left}; give others",
+            f"{name}: the rows of the task ({', '.join(rows)}) depend on each other{left}; give "
+            "others",
             mobility=mobility,
             free=free,
         ) from error

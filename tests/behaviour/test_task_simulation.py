@@ -279,7 +279,11 @@ def test_what_is_out_of_reach() -> None:
     [
         ({"actuated": ["m1", "m2", "e1"]}, {}, "e1, m1, m2 are actuated, more than .*; actuate 2"),
         ({"actuated": None}, {}, r"name the joints whose efforts .*actuated=\[\.\.\.\]"),
-        ({"task": cd.PointTask("load", axes="x")}, {}, "1 too few"),
+        (
+            {"task": cd.PointTask("load", axes="x")},
+            {},
+            r"3 degrees .*, and the task 1 row \(load\.x\) beside what is free \(swing\), 1",
+        ),
         ({}, {"motion": {"load.x": 0.0}}, r"nothing says how load\.y of the task"),
         ({}, {"motion": {"load.z": 0.0}}, r"load\.z'\]: it is no row .*rows: load\.x, load\.y"),
         ({}, {"position": {"load.x": 0.1}}, "no joint or coordinate 'load.x'"),

@@ -822,7 +822,7 @@ def point(axes: str = "xy", link: str = "load") -> cd.PointTask:
 @pytest.mark.parametrize(
     ("given", "error", "told"),
     [
-        ({"task": point("x")}, cd.MobilityError, "2 degrees of freedom, .*1 rows .*1 too few"),
+        ({"task": point("x")}, cd.MobilityError, "2 degrees of freedom, .*1 row .*1 too few"),
         ({"task": point("xyz")}, cd.MobilityError, "3 rows .*1 too many"),
         ({"task": ["m1", cd.AngleTask("p1")]}, cd.MobilityError, "depend on each other.* m2"),
         ({"task": ["m1", "m1"]}, cd.ArgumentError, "m1 more than once"),
