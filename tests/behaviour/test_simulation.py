@@ -189,8 +189,10 @@ def test_one_flat_position_does_not_refuse_all_times(later: float) -> None:
     for name, sign in (("pin_1", 1.0), ("knee_0", -1.0)):
         np.testing.assert_allclose(found.motion.position(name), sign * found.position, atol=1e-8)
         np.testing.assert_allclose(found.motion.velocity(name), sign * found.speed, atol=1e-6)
-    for values in (found.acceleration, found.drive_effort, found["knee_0"].force[:, 0]):
+    swept = found.sweep.drive_effort
+    for values in (found.acceleration, swept, found["knee_0"].force[:, 0]):
         np.testing.assert_array_equal(np.isnan(values), found.singular)
+    assert not np.any(found.drive_effort)
     np.testing.assert_allclose(found["knee_0"].force[[0, 2]], others["knee_0"].force, rtol=1e-9)
     assert found.condition[1] == np.inf
     # Alone, it is refused for what it is: its loops are closed.

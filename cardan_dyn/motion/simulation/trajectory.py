@@ -213,8 +213,6 @@ class Trajectory(MotionResult):
         events: `(name, time)` of the events that happened.
         evaluations: how often accelerations were computed.
         touches: of pins with clearance and their walls, in the order in which they ended.
-        drive_effort: what the drives exert, as `Sweep.drive_effort`: of free ones zero but for
-            errors.
         acceleration: of `coordinates` [rad/s² or m/s²], like `position`; proven, as wrenches are.
         wrench, rotation, origin: of a joint, see `Sweep`.
         unique, holding_effort, loads, gravity, condition, elastic_energy: see `Sweep`.
@@ -224,7 +222,6 @@ class Trajectory(MotionResult):
     acceleration = _OfSweep[Array]()
     balance_residual = _OfSweep[float]()
     condition = _OfSweep[Array]()
-    drive_effort = _OfSweep[Array]()
     elastic_energy = _OfSweep[Array]()
     gravity = _OfSweep[Array]()
     holding_effort = _OfSweep[Mapping[str, Array]]()
@@ -458,8 +455,8 @@ class Trajectory(MotionResult):
     def singular(self) -> Array:
         """Whether the configuration is so close to singular that forces are not known `(N,)`.
 
-        Wrenches, efforts, accelerations and velocity ratios are NaN at these times, the condition
-        is infinite; positions, drive speeds and energies hold, other speeds lose digits.
+        Wrenches, efforts of drives, accelerations and velocity ratios are NaN at these times, the
+        condition is infinite; positions, drive speeds and energies hold, other speeds lose digits.
         """
         return self._solved[1]
 
@@ -547,10 +544,17 @@ class Trajectory(MotionResult):
                 "a universal joint instead of one of the balls",
                 residual=float(errors[worst]),
             )
+        is_near = sweep.condition[worst] * NEARLY > 1.0 or self._locked[worst]
+        found = f"the condition is {sweep.condition[worst]:.1e}"
+        reason = (
+            f"the configuration is close to singular ({found})"
+            if is_near
+            else "they do not belong to what acts, such as where the law of an element jumps; the "
+            f"configuration is not singular ({found})"
+        )
         return AccuracyError(
-            f"at time {self.time[worst]:.6g} s the mechanism is so close to a singular "
-            f"configuration (condition {sweep.condition[worst]:.1e}) that accelerations and "
-            f"wrenches are wrong by {errors[worst]:.1e}; leave such times out with at()",
+            f"at time {self.time[worst]:.6g} s accelerations and wrenches are wrong by "
+            f"{errors[worst]:.1e}: {reason}; leave such times out with at()",
             time=float(self.time[worst]),
             residual=float(errors[worst]),
         )
@@ -609,6 +613,22 @@ class Trajectory(MotionResult):
         """What the force elements exert, see `Sweep.element_force`; this needs no wrenches."""
         return ElementResults.of(self._problem, *self.states, self.time, self.shape)
 
+    @cached_property
+    def drive_effort(self) -> Array:
+        """What the drives exert, as `Sweep.drive_effort`; zero of free ones, see `effort_residual`.
+
+        Raises:
+            CardanError: as `sweep`.
+        """
+        # By definition; what a sweep finds there is how wrong accelerations are.
+        efforts = self.sweep.drive_effort.reshape(len(self), -1)
+        return _squeezed(np.where(self._is_free, 0.0, efforts))
+
+    @property
+    def _is_free(self) -> Array:
+        """Which coordinates nothing drives `(d,)`."""
+        return np.array([name not in self._prescribed for name in self.coordinates])
+
     @property
     def effort_residual(self) -> float:
         """Greatest effort of a free coordinate, as part of the greatest of inertia and loads.
@@ -623,10 +643,9 @@ class Trajectory(MotionResult):
     def _effort_errors(self, sweep: Sweep) -> Array:
         """Return `(N,)` the effort of the free coordinates, see `effort_residual`."""
         coordinates, drives = self.mechanism.coordinates, self.coordinates
-        is_free = np.array([name not in self._prescribed for name in drives])
         scale = coordinates.rate_scale[coordinates.rates_of(drives)]
         efforts = np.abs(sweep.drive_effort.reshape(len(self), -1)) * scale
-        return np.asarray(np.max(efforts[:, is_free], axis=1) / (self._effort_scale or 1.0))
+        return np.asarray(np.max(efforts[:, self._is_free], axis=1) / (self._effort_scale or 1.0))
 
     @cached_property
     def _effort_scale(self) -> float:
@@ -808,6 +827,8 @@ class Trajectory(MotionResult):
         """
         swept = self._over_time(self.sweep.table(motion=motion))
         variables = dict(swept.variables)
+        if effort := variables.get("drive_effort"):
+            variables["drive_effort"] = effort._replace(values=self.drive_effort)
         first = {name: variables.pop(name) for name in _FIRST if name in variables}
         energies = {
             name: Variable(("time",), getattr(self, name), "J", label)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit import task_machines as machines
 from testkit.simulated import GRAVITY, MASS, pendulum
 
 import cardan_dyn as cd
@@ -75,7 +76,7 @@ def test_it_is_like_a_sweep(turn: cd.Trajectory) -> None:
     assert len(turn.element_force) == 1
     np.testing.assert_array_equal(turn.elastic_energy, turn.sweep.elastic_energy)
     assert turn.condition.shape == turn.shape == (9,)
-    assert np.max(np.abs(turn.drive_effort)) < 1e-12
+    assert np.max(np.abs(turn.sweep.drive_effort)) < 1e-12
 
 
 @pytest.mark.parametrize("name", ["loop", "balance", "power", "rate"])
@@ -91,3 +92,43 @@ def test_figures_and_views_take_it(turn: cd.Trajectory) -> None:
     axes = figures.moment_polar(turn, ["bearing_in"])
     assert axes is not None
     assert cd.view(turn) is not None
+
+
+def test_free_coordinates_have_no_effort() -> None:
+    """What inverse dynamics leaves of one is the error of accelerations, and no result."""
+    here, side = np.zeros(3), np.array([1.0, 0.0, 0.0])
+    parts = [machines.link("ground"), machines.link("trolley", 5.0, here, here + 0.1)]
+    parts += [machines.link("rod", 2.0, here - 0.3, here + 0.1)]
+    parts.append(machines.joint("base", "prismatic", "ground", "trolley", here, side))
+    turned = np.array([0.0, 1.0, 0.0])
+    parts.append(machines.joint("swing", "continuous", "trolley", "rod", here, turned))
+    mechanism = cd.load(machines.robot("crane", *parts))
+    scene = cd.Scene(mechanism, drive="base", free="swing", gravity=GRAVITY)
+    found = scene.simulate(
+        0.5, position={"swing": 0.4}, motion={"base": lambda t: (t**3, 3 * t**2, 6 * t)}
+    )
+    column = found.coordinates.index("swing")
+    assert np.any(found.sweep.drive_effort[:, column])
+    assert found.effort_residual > 0.0
+    assert not np.any(found.drive_effort[:, column])
+    driving = scene.replace(drive=["base", "swing"], free=())
+    driven = driving.sweep(found.position, found.speed, found.acceleration).drive_effort
+    np.testing.assert_allclose(found.drive_effort, driven, atol=1e-10 * np.abs(driven).max())
+    table = found.to_dataframe()
+    assert not np.any(table["swing.drive_effort"])
+    np.testing.assert_array_equal(table["base.drive_effort"], found.drive_effort[:, 1 - column])
+    panels = found.plot().axes
+    efforts = [panel for panel in panels if panel.get_ylabel().startswith("effort of drives")]
+    drawn = [line.get_label() for panel in efforts for line in panel.get_lines()]
+    assert "base" in drawn
+    assert "swing" not in drawn
+
+
+def test_a_law_that_jumps_is_not_blamed_on_the_configuration() -> None:
+    scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
+    moving = scene.simulate(0.2, position=1.0, method="DOP853")
+    wrong = moving._rows._replace(a=moving._rows.a + 1.0)
+    moved = cd.Trajectory(moving._course, moving.time)
+    moved.__dict__.update(_rows=wrong, _drives_alone=None, _misfit=0.0)
+    with pytest.raises(cd.AccuracyError, match=r"do not belong to what acts.*is not singular"):
+        _ = moved.effort_residual
