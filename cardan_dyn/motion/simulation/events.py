@@ -29,16 +29,12 @@ _SERIES = np.linalg.inv(np.polynomial.chebyshev.chebvander(_NODES, _DEGREE)).T
 _FALLEN = 1e-2
 """Part of all of them to which the second half has fallen where a polynomial is off by no more than
 its sum: beside a kink it has not."""
-_ORDERS = np.arange(_DEGREE + 1)
 _MOST_PARTS = 1024
 """Parts of a step that are looked at before the function is given up as faster than that, and those
 that are halved because it is constant."""
 _NEAR = 0.01
 """Part of what a function reads has moved so far that lies between two places at most, where the
-function is constant..."""
-_STILL = float(np.sqrt(EPS))
-"""...if it has moved by this part of its greatest value, or of 1 rad, m, rad/s, m/s: by less,
-smooth functions may be constant but for rounding as well."""
+function is constant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,7 +296,8 @@ class _Track:
         rows = states(times.tolist())
         for kind, most in enumerate((1.0, np.inf)):
             for name, (low, high) in self._ranges[kind].items():
-                if high - low > _STILL * max(1.0, -low, high):
+                # By less, smooth functions may be constant but for rounding as well.
+                if high - low > np.sqrt(EPS) * max(1.0, -low, high):
                     steps = np.abs(np.diff([state[kind][name] for state in rows]))
                     if np.max(steps) > _NEAR * min(high - low, most):
                         return True
@@ -344,7 +341,7 @@ def _settled(times: Array, values: Array, rounding: float, shortest: float) -> t
     """
     series = values @ _SERIES
     sizes, lengths = np.abs(series), times[:, -1] - times[:, 0]
-    slopes = 2.0 * (sizes @ _ORDERS) / lengths
+    slopes = 2.0 * (sizes @ np.arange(_DEGREE + 1)) / lengths
     off, noise = np.sum(sizes[:, -(_DEGREE // 2) :], axis=1), rounding + shortest * slopes
     varies = np.sum(sizes[:, 1:], axis=1)
     is_clear = sizes[:, 0] > varies + off

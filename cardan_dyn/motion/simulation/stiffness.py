@@ -30,8 +30,6 @@ change of them by that, as a fraction."""
 _MANY = 1500.0
 """Duration times the greatest rate below which no other method is worth its price: some five of it
 are a step of DOP853 that is stable."""
-_NOISE = np.sqrt(EPS)
-"""Frequency of a mode, as a fraction of the greatest, that counts as zero: differences leave it."""
 
 
 class Modes(NamedTuple):
@@ -98,7 +96,7 @@ def modes(rates: Rates, y: Array, unit: Array, tolerance: Array) -> Modes:
     values, vectors = np.linalg.eig(jacobian(rates, y, unit))
     shares = np.linalg.lstsq(vectors, rates(y).astype(complex), rcond=None)[0]
     sizes = np.abs(values)
-    is_moving = sizes > _NOISE * np.max(sizes, initial=0.0)
+    is_moving = _moving(sizes)
     away = np.where(is_moving, shares / np.where(is_moving, values, 1.0), 0.0)
     amplitudes = np.max(np.abs(vectors * away) / tolerance[:, None], axis=0)
     return Modes(values, vectors, shares, amplitudes)
@@ -198,10 +196,14 @@ def settled(
     return y
 
 
+def _moving(sizes: Array) -> Array:
+    """Return which frequencies of modes are more than what differences leave of zero."""
+    return np.asarray(sizes > np.sqrt(EPS) * np.max(sizes, initial=0.0))
+
+
 def _gap(sizes: Array, speed: float) -> float:
     """Return a size between slow and fast ones, inf if there is no gap between them."""
-    moving = sizes[sizes > _NOISE * np.max(sizes, initial=0.0)]
-    ordered = np.sort(np.append(moving, speed))
+    ordered = np.sort(np.append(sizes[_moving(sizes)], speed))
     ratios = ordered[1:] / ordered[:-1]
     widest = int(np.argmax(ratios))
     if ratios[widest] < _FAST:

@@ -68,8 +68,6 @@ _ENERGIES = {
     "potential_energy": "potential energy of the weight and of springs",
     "work": "work of all but weight and springs since time 0",
 }
-_FIRST = ("time", "position", "speed", "acceleration")
-"""Columns of tables that stand before the energies, as far as there are any."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -808,7 +806,7 @@ class Trajectory(MotionResult):
 
     def given(self) -> Table:
         """Return times and the motion of drives and free coordinates."""
-        return self._over_time(self.sweep.given())
+        return self._over_time(self.sweep.given(), {})
 
     def table(self, *, motion: bool = True, points: Points = ()) -> Table:
         """Return all results as a table over `time`, energies and work included.
@@ -825,15 +823,14 @@ class Trajectory(MotionResult):
         Raises:
             CardanError: as `sweep`.
         """
-        swept = self._over_time(self.sweep.table(motion=motion))
-        variables = dict(swept.variables)
-        if effort := variables.get("drive_effort"):
-            variables["drive_effort"] = effort._replace(values=self.drive_effort)
-        first = {name: variables.pop(name) for name in _FIRST if name in variables}
         energies = {
             name: Variable(("time",), getattr(self, name), "J", label)
             for name, label in _ENERGIES.items()
         }
+        swept = self._over_time(self.sweep.table(motion=motion), energies)
+        variables = dict(swept.variables)
+        if effort := variables.get("drive_effort"):
+            variables["drive_effort"] = effort._replace(values=self.drive_effort)
         told = {
             "method": self.method,
             "reason": self.reason,
@@ -845,23 +842,26 @@ class Trajectory(MotionResult):
         }
         table = replace(
             swept,
-            variables=list({**first, **energies, **variables}.items()),
+            variables=list(variables.items()),
             attributes={**swept.attributes, **told},
         )
         return self._with_points(table, points)
 
-    def _over_time(self, swept: Table) -> Table:
-        """Return a table of the sweep with times along its dimension, `time` the first column."""
+    def _over_time(self, swept: Table, energies: Mapping[str, Variable]) -> Table:
+        """Return a table of the sweep with times along its dimension, `time` the first column.
+
+        Energies come after the motion of the drives.
+        """
         variables = {
             name: variable._replace(
                 dims=tuple("time" if dim == "sample" else dim for dim in variable.dims)
             )
             for name, variable in swept.variables
         }
-        first = {name: variables.pop(name) for name in _FIRST if name in variables}
-        return replace(
-            swept, variables=list({**first, **variables}.items()), samples={"time": len(self.time)}
-        )
+        leading = "time", "position", "speed", "acceleration"
+        first = {name: variables.pop(name) for name in leading if name in variables}
+        every = {**first, **energies, **variables}
+        return replace(swept, variables=list(every.items()), samples={"time": len(self.time)})
 
 
 def _squeezed(values: Array) -> Array:
