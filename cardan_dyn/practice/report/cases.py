@@ -144,7 +144,12 @@ class Cases(Result, Frozen):
         ]
         if self.labels:
             told.insert(0, ("case", [self.labels[case] for case in cases], "", "load case"))
-        mechanism = self.reports[0].mechanism
+        units = {
+            name: item.unit
+            for report in self.reports
+            if report.sweep is not None
+            for name, item in report.sweep.mechanism.drivable.items()
+        }
         for name in dict.fromkeys(name for report in self.reports for name in report.over):
             for end in ("greatest", "least"):
                 values = []
@@ -152,7 +157,7 @@ class Cases(Result, Frozen):
                     places, over = getattr(item, f"{end}_at"), self.reports[case].over
                     is_known = len(places) and name in over
                     values.append(places[0, over.index(name)] if is_known else np.nan)
-                unit = "s" if name == "time" else mechanism.drivable[name].unit
+                unit = "s" if name == "time" else units[name]
                 told.append((f"{end}_at_{name}", values, unit, f"position of {name} there"))
         return Table(
             [
@@ -161,7 +166,7 @@ class Cases(Result, Frozen):
             ],
             {"row": len(rows)},
             attributes={
-                "mechanism": mechanism.name,
+                "mechanism": self.reports[0].mechanism.name,
                 "sha256": self.reports[0].sha256,
                 "cardan_dyn_version": __version__,
             },

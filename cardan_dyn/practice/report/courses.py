@@ -67,18 +67,19 @@ def courses(
 def _over(reports: Sequence[Findings], sweeps: Sequence[Sweep], x: str) -> list[Abscissa]:
     """Return what each sweep is drawn over; all of them have the same label."""
     rows = [{row.name: row for row in task_rows(sweep)} for sweep in sweeps]
+    coordinates = sweeps[0].mechanism.drivable
     common = [name for name in rows[0] if all(name in of for of in rows)]
     drives = {report.drives for report in reports}
     if not x and all(report.is_over_time for report in reports):
         return [over("time", sweep.time, "s") for sweep in sweeps]
-    if x and x not in common and x not in reports[0].mechanism.drivable:
+    if x and x not in common and x not in coordinates:
         raise ArgumentError(
             f"x is {x!r}; it is a coordinate or a row of the task of all cases: "
-            f"{choices([*common, *reports[0].mechanism.drivable], x)}"
+            f"{choices([*common, *coordinates], x)}"
         )
     if not x and len(drives) == 1 and len(reports[0].drives) == 1:
         (x,) = reports[0].drives
-    if x in reports[0].mechanism.drivable:
+    if x in coordinates:
         return _together([along(sweep, x) for sweep in sweeps])
     one_way = {name: min(_one_way(of[name].position) for of in rows) for name in common}
     best = x or max(one_way, key=one_way.__getitem__, default="")

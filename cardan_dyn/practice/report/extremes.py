@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.description.origins import PREFIX
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.elements.link_loads import Wrench
 from ...core.results.lost_digits import lost_part
@@ -290,8 +291,14 @@ def _range(sweep: Sweep, solver: ProblemSolver) -> tuple[tuple[float, float], in
 
 
 def quantities_of(sweep: Sweep) -> Iterator[Quantity]:
-    """Return what is sought: of wrenches, then of drives, held joints, couplings and elements."""
+    """Return what is sought: of wrenches, then of drives, held joints, couplings and elements.
+
+    What holds a length or an angle (`origin:JOINT.x`) is no part of the machine, and carries what
+    the joint behind it does; only where one is driven its effort is sought.
+    """
     for joint, wrench in sweep.items():
+        if joint.startswith(PREFIX):
+            continue
         # The axis of a universal joint is that of its cross, along which nothing is sized.
         is_cross = sweep.mechanism.joint(joint).type == "universal"
         for name in _WITH_AXIS if wrench.has_axis and not is_cross else _WITHOUT:
@@ -304,7 +311,8 @@ def quantities_of(sweep: Sweep) -> Iterator[Quantity]:
     for index, name in enumerate(sweep.coordinates[:count]):
         yield Quantity(name, "drive effort", units[name], True, index)
     for name in sweep.holding_effort:
-        yield Quantity(name, "holding effort", units[name], True)
+        if not name.startswith(PREFIX):
+            yield Quantity(name, "holding effort", units[name], True)
     for name, unit in _coupling_units(sweep).items():
         yield Quantity(name, "coupling effort", unit, sweep.coupling_unique[name])
     for index, element in enumerate(sweep.elements):

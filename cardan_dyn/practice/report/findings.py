@@ -9,9 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.description.origins import PREFIX
 from ...core.elements.joint_elements import Actuator
 from ...core.elements.link_loads import Wrench
 from ...core.results.axes import in_fixed_axes
+from ...core.results.left_open import LeftOpen
 from ...core.results.limits import briefly, exceeded
 from ...core.results.lost_digits import WELL, digits, near_singular, right
 from ...core.results.result import Result
@@ -133,7 +135,19 @@ class Findings(Result, Frozen):
     @property
     def left_open(self) -> str:
         """What is not unique and why, of joints and couplings by name; empty if all is."""
-        return "" if self.sweep is None else self.sweep.left_open.text
+        return "" if self.opened is None else self.opened.text
+
+    @cached_property
+    def opened(self) -> LeftOpen | None:
+        """What is not unique of the joints and couplings of the machine; None if nothing moves."""
+        if self.sweep is None:
+            return None
+        found = self.sweep.left_open
+        chosen, silent = (
+            {name: parts for name, parts in of.items() if not name.startswith(PREFIX)}
+            for of in (found.chosen, found.silent)
+        )
+        return found._replace(chosen=chosen, silent=silent)
 
     @cached_property
     def orders(self) -> dict[tuple[str, str, str], Array]:
@@ -290,7 +304,8 @@ class Findings(Result, Frozen):
             return self._found.covered
         if self.is_over_time:
             return f"the whole time from {span(*self._found.search.ends, 's', ' to ')}"
-        slides = self.mechanism.drivable[self.drives[0]].slides
+        assert self.sweep is not None  # There is a search.
+        slides = self.sweep.mechanism.drivable[self.drives[0]].slides
         return f"the whole range from {way(*self._found.search.ends, slides, ' to ')}"
 
     @cached_property

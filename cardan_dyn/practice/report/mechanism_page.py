@@ -133,9 +133,9 @@ def _summary(cases: Cases) -> str:
 def _warnings(cases: Cases) -> list[str]:
     """Return what has to be known before any number is used, once where cases have it in common."""
     found = [
-        sentence(report.sweep.left_open.brief)
+        sentence(report.opened.brief)
         for report in cases.reports
-        if report.sweep is not None and report.left_open
+        if report.opened is not None and report.left_open
     ]
     found += [text for report in cases.reports for text in report.beware] + cases.remarks
     if cases.reports[0].description.is_counted:

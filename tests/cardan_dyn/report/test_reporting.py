@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -692,3 +693,31 @@ def test_a_slotted_lever_is_sized_by_what_acts_in_its_plane() -> None:
     (across,) = (k for k in range(3) if guide.unique[k] and not guide.axis[k])
     assert item.determined and item.size == pytest.approx(np.abs(guide.force[:, across]).max())
     assert {item.quantity for item in report.headline} == {"shear", "drive effort"}
+
+
+def test_a_length_that_is_held_or_driven_is_no_joint(tmp_path: Path) -> None:
+    crank = cd.load("slider_crank")
+    name, grown = "origin:crank_pin.x", 0.01
+    moved = ElementTree.fromstring(crank.to_urdf())
+    (origin,) = moved.findall("joint[@name='crank_pin']/origin")
+    x, *others = origin.get("xyz", "").split()
+    origin.set("xyz", " ".join([repr(float(x) + grown), *others]))
+    longer = cd.load(ElementTree.tostring(moved, encoding="unicode"))
+    turn, given = np.linspace(0.0, 2.0 * np.pi, 9), {"loads": {"piston_guide": -5e3}}
+    scene = cd.Scene(crank, drive="crank_bearing", held={name: grown}, **given)
+    own = Report(scene.sweep(turn, speed=10.0))
+    other = Report(cd.Scene(longer, drive="crank_bearing", **given).sweep(turn, speed=10.0))
+    assert [item[:3] for item in own.extremes] == [item[:3] for item in other.extremes]
+    for ours, theirs in zip(own.extremes, other.extremes, strict=True):
+        np.testing.assert_allclose(ours.greatest, theirs.greatest, rtol=1e-9, atol=1e-6)
+    assert own.left_open == other.left_open and name not in own.left_open
+    # Where it is driven, something sets it, and has to exert what it takes.
+    drawn_out = scene.replace(drive=name, held={"crank_bearing": 0.3})
+    swept = drawn_out.sweep(np.linspace(0.0, grown, 5))
+    report = Report(swept)
+    (effort,) = (item for item in report.extremes if item.owner == name)
+    assert effort.quantity == "drive effort"
+    assert effort.greatest >= swept.drive_effort.max() > 0.0
+    assert report.covered == "the whole range from 0 to 10 mm"
+    report.save(tmp_path / "driven.html", scene=False)
+    report.save(tmp_path / "driven.csv")
