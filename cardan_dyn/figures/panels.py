@@ -85,4 +85,5 @@ def stacked(
 
 
 def _in_words(least: float, most: float, unit: str) -> str:
-    return f"limit {amount(most, unit)}" if least == -most else span(least, most, unit)
+    told = f"limit {amount(most, unit)}" if least == -most else f"limits {span(least, most, unit)}"
+    return told.replace("-", "−")

@@ -11,6 +11,7 @@ import cardan_dyn as cd
 from cardan_dyn.core.results.case_line import case_line
 from cardan_dyn.figures.critical_speeds import campbell
 from cardan_dyn.figures.designs import contour_map, parallel_coordinates, scatter, tornado
+from cardan_dyn.figures.panels import Panel, stacked
 from cardan_dyn.figures.polar import force_polar
 from cardan_dyn.figures.style import over
 from cardan_dyn.scene.usual_motion import usual_motion
@@ -203,3 +204,10 @@ def test_a_style_is_that_of_one_name_on_all_axes() -> None:
     }
     names, colors = map(set, zip(*drawn, strict=True))
     assert len(drawn) == len(names) == len(colors) > 1
+
+
+def test_legends_call_limits_what_they_are() -> None:
+    lift = Panel("effort [N]", "N", 1.0, {"lift": np.zeros(2)}, {"lift": (-181_100.0, 306_800.0)})
+    figure = stacked(over("time", np.arange(2.0), "s"), [lift])
+    (label,) = {line.get_label() for line in figure.axes[0].get_lines()}
+    assert label == "lift, limits −181.1 … 306.8 kN"
