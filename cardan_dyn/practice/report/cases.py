@@ -110,7 +110,7 @@ class Cases(Result, Frozen):
         rows = []
         for case, item in self.governing:
             (most, at), _ = item.ends
-            row = (item.quantity, item.unit, most, item.owner, self.reports[case].at(at))
+            row = (item.marked, item.unit, most, item.owner, self.reports[case].at(at))
             rows.append((*row, self.sharing(case, item)) if self.labels else row)
         header = ("quantity", "unit", "greatest in size", "in", "at", "load case")
         told = header if self.labels else header[:-1]
@@ -183,8 +183,10 @@ class Cases(Result, Frozen):
             lines.append(f"{index}: {text}")
             lines += [f"   ! {doubt}" for doubt in report.beware]
         lines += [str(self.sized), *self.remarks, "", str(self.beside())]
-        opened = (report.left_open for report in self.reports)
-        return "\n".join([*lines, *dict.fromkeys(filter(None, opened))])
+        # Beside each other stands only what statics determines.
+        told = "; all that is tabled is determined" * bool(self.compared)
+        opened = (f"{report.left_open}{told}" for report in self.reports if report.left_open)
+        return "\n".join([*lines, *dict.fromkeys(opened)])
 
 
 def told_apart(reports: Sequence[Findings]) -> list[str]:

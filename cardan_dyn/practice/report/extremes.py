@@ -80,6 +80,11 @@ class Extreme(NamedTuple):
         """Whether nothing is known to exceed it by more than a millionth of its size."""
         return not self.error > RIGHT * self.size
 
+    @property
+    def marked(self) -> str:
+        """The quantity, with a star if statics leaves it open, and a ? if it may be exceeded."""
+        return f"{self.quantity}{' *' * (not self.determined)}{' ?' * (not self.settled)}"
+
 
 class Quantity(NamedTuple):
     """Something that is sought: whose and which it is, its unit, and of which drive or element."""

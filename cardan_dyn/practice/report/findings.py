@@ -269,6 +269,8 @@ class Findings(Result, Frozen):
     def doubts(self) -> tuple[str, ...]:
         """What has to be known before any number is used; empty if all of them are right."""
         unknown = self._found.unknown if self.acts else ""
+        if not all(item.settled for item in self.told):
+            unknown += "; a ? marks what may be exceeded"
         reach = "" if self.sweep is None else self.sweep.near_reach
         found = [sentence(text) for text in (unknown, self._near_singular, reach) if text]
         if self.sweep is not None and self.acts and self.drives:
@@ -388,10 +390,8 @@ class Findings(Result, Frozen):
             lines.append(
                 "The page tells each place; `places` are the positions of all drives there."
             )
-        if not all(item.settled for item in self.told):
-            lines.append("? may be exceeded, see above")
         if self.left_open:
-            lines.append(f"{'* ' * self.is_marked}{self.left_open}")
+            lines.append(f"{'* ' * self.is_marked}{self.left_open}{self.what_is_determined}")
         lines += [f"{name} {value:.1e}: {text}" for name, value, text in self.judgement]
         return "\n".join(lines)
 
@@ -413,10 +413,9 @@ class Findings(Result, Frozen):
             for item in sorted(self.told, key=lambda item: not item.determined):
                 if (item.quantity in QUANTITIES) != (name == "extremes"):
                     continue
-                mark = " *" * (not item.determined) + " ?" * (not item.settled)
                 (size, first), (other, last) = item.ends
                 ends = (other, self.at(last[:most], "")) if len(last) else ("", "")
-                what = item.owner, f"{item.quantity}{mark}", item.unit
+                what = item.owner, item.marked, item.unit
                 rows.append((*what, size, self.at(first[:most], ""), *ends))
             if rows:
                 found.append(Grid(name, caption, (of, *header), rows, unit=2))
@@ -426,6 +425,12 @@ class Findings(Result, Frozen):
     def is_marked(self) -> bool:
         """Whether anything that is told has a star."""
         return not all(item.determined for item in self.told)
+
+    @property
+    def what_is_determined(self) -> str:
+        """Behind what is left open: which of what is told is not; empty if nothing is told."""
+        rows = "rows without a star are" if self.is_marked else "all that is tabled is"
+        return f"; {rows} determined" if any(item.determined for item in self.told) else ""
 
     @property
     def is_over_time(self) -> bool:

@@ -132,8 +132,9 @@ def _summary(cases: Cases) -> str:
 
 def _warnings(cases: Cases) -> list[str]:
     """Return what has to be known before any number is used, once where cases have it in common."""
+    told = "; all that is tabled here is determined" * bool(cases.governing)
     found = [
-        sentence(report.opened.brief)
+        sentence(f"{report.opened.brief}{told}")
         for report in cases.reports
         if report.opened is not None and report.left_open
     ]
@@ -223,12 +224,10 @@ def _extremes(report: Findings) -> dict[str, Any]:
     if report.drives:
         text = f"They are the extremes of {report.covered}"
         text += ", and exact to the digits shown." if report.is_exact else "."
-        if not all(item.settled for item in report.told):
-            text += " A ? marks what may be exceeded."
     return {
         "extremes": [*report.grids(), *_places(report)],
         "located": text,
-        "opened": sentence(report.left_open),
+        "opened": sentence(report.left_open and report.left_open + report.what_is_determined),
         "is_marked": report.is_marked,
         "idle": "; ".join(f"{name} ({', '.join(what)})" for name, what in zero.items()),
     }

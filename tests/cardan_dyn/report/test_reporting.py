@@ -211,6 +211,7 @@ def test_table_and_text(tmp_path: Path) -> None:
     assert report.save(tmp_path / "all.csv").read_text("utf-8").count("\n") == len(frame) + 1
     text = str(report)
     assert "\nnot determined by statics, chosen by least norm" in text and " *" not in text
+    assert "; all that is tabled is determined\n" in text
     assert "114.2°" in text and "to rounding" in text
 
 
@@ -349,6 +350,8 @@ class TestPage:
         text = pages("four_bar").read_text("utf-8")
         # What is open carries nothing where loads lie in the plane: it is told, without a star.
         assert '<p class="open">Not determined by statics, chosen by least norm: ' in text
+        assert "and 1 more; all that is tabled here is determined." in text
+        assert "; all that is tabled is determined." in text
 
     @pytest.mark.slow
     @pytest.mark.parametrize("name", [pytest.param("stewart_platform", marks=SLOW), "table"])
@@ -673,6 +676,8 @@ def test_a_trajectory_that_passes_a_dead_point_tells_what_it_does_not_know() -> 
     report = Report(run)
     (doubt,) = report.doubts
     assert "the configuration is singular; it may not be for another" in doubt
+    assert doubt.endswith("; a ? marks what may be exceeded.")
+    assert all(row[0].endswith(" ?") for row in report.cases.sized.rows)
     acting = [item for item in report.extremes if item.acts]
     assert acting and not any(item.settled for item in acting)
     assert "drive effort" not in {item.quantity for item in acting}  # It is free.
