@@ -13,7 +13,7 @@ from ...kit.arrays import Array
 from ...kit.errors import ArgumentError, choices
 from .cases import Cases
 from .extremes import Extreme, quantities_of
-from .findings import Findings, task_rows
+from .findings import Findings, ways
 from .page import BESIDE
 
 
@@ -66,7 +66,7 @@ def courses(
 
 def _over(reports: Sequence[Findings], sweeps: Sequence[Sweep], x: str) -> list[Abscissa]:
     """Return what each sweep is drawn over; all of them have the same label."""
-    rows = [{row.name: row for row in task_rows(sweep)} for sweep in sweeps]
+    rows = [{way.name: way for way in ways(sweep) if way.kind == "task"} for sweep in sweeps]
     coordinates = sweeps[0].mechanism.drivable
     common = [name for name in rows[0] if all(name in of for of in rows)]
     drives = {report.drives for report in reports}

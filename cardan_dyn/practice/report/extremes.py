@@ -153,13 +153,7 @@ def extremes(
         box: `(d, 2)` ranges of several drives at rest, if all of them are meant.
         trajectory: that it is the sweep along.
     """
-    # What is free moves without any effort.
-    free = trajectory.free if trajectory else ()
-    quantities = [
-        item
-        for item in quantities_of(sweep)
-        if item.name != "drive effort" or item.owner not in free
-    ]
+    quantities = [*quantities_of(sweep)]
     at = places_of(sweep)
     samples = _values(quantities, sweep)
     rounding = _Rounding.of(sweep, quantities, samples)
@@ -314,7 +308,8 @@ def quantities_of(sweep: Sweep) -> Iterator[Quantity]:
     except ModelError:  # The outputs leave them out.
         count = 0
     for index, name in enumerate(sweep.coordinates[:count]):
-        yield Quantity(name, "drive effort", units[name], True, index)
+        if name not in sweep.free:  # What is free moves without any effort.
+            yield Quantity(name, "drive effort", units[name], True, index)
     for name in sweep.holding_effort:
         if not name.startswith(PREFIX):
             yield Quantity(name, "holding effort", units[name], True)

@@ -24,8 +24,10 @@ from ...kit.arrays import NOTHING, ROUNDED, Array
 from ...kit.frozen import Frozen
 from ...kit.periodic import MOST_NODES
 from ...kit.quantities import amount, span
+from ...motion.simulation.trajectory import Trajectory
 from ...scene.describe import describe
 from ...scene.mechanism_report import MechanismReport
+from ...scene.task_simulation import TaskTrajectory
 from ...scene.task_sweep import TaskSweep, unit_of_row
 from .case import STANDING, Case
 from .described import fingerprint
@@ -44,10 +46,10 @@ from .page import FRAMES, HIGHEST, today
 
 
 class Way(NamedTuple):
-    """How a drive, or a row of a task, moves.
+    """How a drive, a free coordinate or a row of a task moves.
 
     Attributes:
-        kind: `drive` or `task`.
+        kind: `drive`, `free` or `task`.
         name: of it.
         unit: of positions, `rad` or `m`.
         position, speed, acceleration: `(N,)`.
@@ -126,6 +128,16 @@ class Findings(Result, Frozen):
         """Names of the driven coordinates."""
         names = () if self.sweep is None else self.sweep.coordinates
         return tuple(name for name in names if name != STANDING)
+
+    @cached_property
+    def ways(self) -> list[Way]:
+        """How drives and free coordinates move, and behind them the rows of a task, if any."""
+        return [] if self.sweep is None else ways(self._trajectory or self.sweep)
+
+    @property
+    def task(self) -> list[Way]:
+        """How the rows of a task move, none without a task."""
+        return [one for one in self.ways if one.kind == "task"]
 
     @property
     def acts(self) -> bool:
@@ -362,7 +374,7 @@ class Findings(Result, Frozen):
         positions = np.reshape(self.sweep.position, (len(self.sweep), -1))
         (found,) = np.nonzero(np.all(positions == places, axis=1))
         told = []
-        for row in task_rows(self.sweep):
+        for row in self.task:
             size = float(np.abs(row.position).max())
             if len(found) and np.ptp(row.position) > NOTHING * size:
                 at = place(float(row.position[found[0]]), row.slides, size)
@@ -489,10 +501,10 @@ class Findings(Result, Frozen):
         sweep = self.sweep
         if sweep is None:
             return ["not moved"]
-        lines, every = [], ways(sweep)
-        for one in every:
+        lines = []
+        for one in self.ways:
             # The task is what was asked for, and drives follow it.
-            if one.kind == every[-1].kind and one.name != STANDING:
+            if (one.kind != "drive" or not self.task) and one.name != STANDING:
                 lines.append(f"{one.name}{' at' * (not np.ptp(one.position))} {one.span}")
                 lines += [speed_text(one.speed, one.slides)] if np.any(one.speed) else []
         if self.is_over_time:
@@ -535,14 +547,18 @@ def gravity_of(sweep: Sweep) -> str:
     return f"({told}) m/s²" if np.any(vectors) else ""
 
 
-def ways(sweep: Sweep) -> list[Way]:
-    """Return how drives move, and behind them the rows of the task that a sweep follows, if any."""
-    kinds = [("drive", sweep.coordinates, sweep.position, sweep.speed, sweep.acceleration)]
-    if isinstance(sweep, TaskSweep):
-        task = sweep.task_position, sweep.task_speed, sweep.task_acceleration
-        kinds.append(("task", sweep.rows, *task))
+def ways(result: Sweep | Trajectory) -> list[Way]:
+    """Return how drives and free coordinates move, and behind them the rows of a task, if any."""
+    sweep = result.sweep if isinstance(result, Trajectory) else result
+    kinds = ["free" if name in sweep.free else "drive" for name in sweep.coordinates]
+    moved: list[tuple[Any, ...]] = [
+        (kinds, sweep.coordinates, sweep.position, sweep.speed, sweep.acceleration)
+    ]
+    if isinstance(result, TaskSweep | TaskTrajectory):
+        task = result.task_position, result.task_speed, result.task_acceleration
+        moved.append((["task"] * len(result.rows), result.rows, *task))
     found, length = [], sweep.mechanism.characteristic_length
-    for kind, names, *courses in kinds:
+    for kinds, names, *courses in moved:
         units = [unit_of_row(sweep.mechanism, name) for name in names]
         sizes, every = np.array([length if unit == "m" else 1.0 for unit in units]), []
         for values, least in zip(courses, (1.0, 0.0, 0.0), strict=True):
@@ -550,13 +566,8 @@ def ways(sweep: Sweep) -> list[Way]:
             # Beside the mechanism, or beside the fastest, the rounding of nothing is nothing.
             floor = NOTHING * sizes * max(np.abs(own / sizes).max(initial=0.0), least)
             every.append(np.where(np.abs(own) <= floor, 0.0, own).T)
-        found += [Way(kind, *of) for of in zip(names, units, *every, strict=True)]
+        found += [Way(*of) for of in zip(kinds, names, units, *every, strict=True)]
     return found
-
-
-def task_rows(sweep: Sweep) -> list[Way]:
-    """Return the rows of the task that a sweep follows, none if it follows none."""
-    return [one for one in ways(sweep) if one.kind == "task"]
 
 
 def sentence(text: str) -> str:

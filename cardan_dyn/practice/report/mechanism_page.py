@@ -27,7 +27,7 @@ from .cases import Cases
 from .courses import courses
 from .described import described, drives_grid, elements_of, links_of, mobility_grids, remarks_of
 from .extremes import RIGHT, counted, places_of, quantities_of
-from .findings import Findings, between, gravity_of, sentence, task_rows, way_of, ways
+from .findings import Findings, between, gravity_of, sentence, way_of
 from .grids import Grid, stem_of
 
 _COURSES = {
@@ -57,7 +57,8 @@ def write(cases: Cases, path: Path, with_scene: bool) -> Path:
     file = "text" if source is None or source.path is None else source.path.name
     grids = mobility_grids(found)
     with suppress(CardanError):
-        drives = drives_grid(found.drives, {name for one in cases.reports for name in one.drives})
+        ways = [one for report in cases.reports for one in report.ways]
+        drives = drives_grid(found.drives, {one.name for one in ways if one.kind == "drive"})
         grids += [drives] if drives.rows else []
     block = {
         "Mechanism": mechanism.name,
@@ -116,8 +117,10 @@ def _summary(cases: Cases) -> str:
     elif report.sweep is None:
         return text
     else:
-        moved = "Task" if task_rows(report.sweep) else "Driven"
-        text += f" {f'{moved}: ' * bool(report.drives)}{'; '.join(report.case_lines)}."
+        kinds = dict.fromkeys(one.kind for one in report.task or report.ways)
+        moved = " and ".join(kinds).replace("drive", "driven").capitalize()
+        moved = f"{moved}: " * bool(report.drives)
+        text += f" {moved}{'; '.join(report.case_lines)}."
     told = [item for one in reports for item in one.told]
     if not told:
         return f"{text} Nothing acts: there is no load, weight, inertia or element in this case."
@@ -158,17 +161,19 @@ def _case_parts(report: Findings, label: str, is_drawn: bool, with_scene: bool) 
     }
     if sweep is None:
         return parts | {"case": [("computed", "nothing; see below")]}
-    parts |= {"case": list(_case(sweep)), "case_grids": [*_loads(sweep), *elements_of(sweep)]}
+    parts |= {
+        "case": list(_case(report, sweep)),
+        "case_grids": [*_loads(sweep), *elements_of(sweep)],
+    }
     parts["unproven"] = ", ".join(sweep.unproven)
     parts["is_unique"] = bool(sweep.outputs) and not report.left_open
     return parts | _extremes(report) | (_figures(report, sweep, with_scene) if is_drawn else {})
 
 
-def _case(sweep: Sweep) -> Iterator[tuple[str, str]]:
+def _case(report: Findings, sweep: Sweep) -> Iterator[tuple[str, str]]:
     """Yield names and values of what moves and what acts."""
-    every = ways(sweep)
-    rest = [] if any(one.pace for one in every) else ["quasi-static"]
-    for one in every:
+    rest = [] if any(one.pace for one in report.ways) else ["quasi-static"]
+    for one in report.ways:
         yield f"{one.kind} {one.name}", ", ".join([one.span, *rest, *one.pace])
     yield "positions", str(len(sweep))
     for name, value in sweep.held.items():
@@ -238,10 +243,10 @@ def _places(report: Findings) -> Iterator[Grid]:
     sweep, places = report.sweep, report.places
     if sweep is None or not report.has_places:
         return
-    every, caption = ways(sweep), "Positions of the drives at these places"
-    told = [one for one in every if one.kind == every[-1].kind]
-    if told[0].kind == "task":
-        told, caption = [row for row in told if np.ptp(row.position)], "The task at these places"
+    told, caption = report.ways, "Positions of the drives at these places"
+    if report.task:
+        told = [row for row in report.task if np.ptp(row.position)]
+        caption = "The task at these places"
         positions = np.reshape(sweep.position, (len(sweep), -1))
         samples = [int(np.all(positions == at, axis=1).argmax()) for at in places]
         known = np.stack([row.position[samples] for row in told], axis=1)

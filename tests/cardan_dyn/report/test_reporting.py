@@ -726,3 +726,44 @@ def test_a_length_that_is_held_or_driven_is_no_joint(tmp_path: Path) -> None:
     assert report.covered == "the whole range from 0 to 10 mm"
     report.save(tmp_path / "driven.html", scene=False)
     report.save(tmp_path / "driven.csv")
+
+
+@pytest.mark.usefixtures("without_pictures")
+def test_a_task_that_is_simulated_is_told_beside_what_is_free(tmp_path: Path) -> None:
+    """A trolley keeps the load at its height while the rope swings as it may."""
+    crane = cd.load(
+        '<robot name="crane"><link name="rail"/><link name="rope"/><link name="trolley"><inertial>'
+        '<mass value="50"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link><link name="load">'
+        '<inertial><mass value="20"/><inertia/></inertial></link><joint name="travel" '
+        'type="prismatic"><parent link="rail"/><child link="trolley"/><axis xyz="1 0 0"/></joint>'
+        '<joint name="swing" type="continuous"><parent link="trolley"/><child link="rope"/>'
+        '<axis xyz="0 -1 0"/></joint><joint name="hoist" type="prismatic"><parent link="rope"/>'
+        '<child link="load"/><origin xyz="0 0 -5"/><axis xyz="0 0 -1"/></joint></robot>'
+    )
+    level = cd.Scene(
+        crane,
+        task=["travel", cd.PointTask("load", axes="z")],
+        actuated=["travel", "hoist"],
+        free="swing",
+        gravity=(0.0, 0.0, -9.81),
+    )
+
+    def start(time: float) -> tuple[float, float, float]:
+        return 0.2 * time**2, 0.4 * time, 0.4
+
+    run = level.simulate(1.0, motion={"travel": start, "load.z": 0.0})
+    report = Report(run)
+    low = np.degrees(run.motion.position("swing").min())
+    assert f"swing {low:.4g}° … 0°" in report.case_lines
+    assert {"travel 0 … 200 mm", "load.z at -5 m"} <= {*report.case_lines}
+    assert not any(line.startswith("hoist") for line in report.case_lines)
+    efforts = {item.owner for item in report.extremes if item.quantity == "drive effort"}
+    assert efforts == {"travel", "hoist"} == {*run.actuated_effort}
+    text = report.save(tmp_path / "crane.html", scene=False).read_text("utf-8")
+    for name in ("free swing", "drive hoist", "task travel", "task load.<wbr>z"):
+        assert f'<th scope="row">{name}</th>' in text
+    assert "drive swing" not in text and " Task: " in text
+    free = cd.Scene(cd.load(PENDULUM), free="pivot", gravity=(0.0, 0.0, -9.81)).simulate(0.1)
+    text = Report(free).save(tmp_path / "free.html", scene=False).read_text("utf-8")
+    assert " Free: " in text and '<th scope="row">free pivot</th>' in text
+    assert "Driven" not in text and ">driven<" not in text
