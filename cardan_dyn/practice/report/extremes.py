@@ -378,9 +378,9 @@ class Search(NamedTuple):
 
         return cls((float(time[0]), float(time[-1])), count, False, time, solved, 0.1 * RIGHT)
 
-    def evenly(self, count: int, *, endpoint: bool = False) -> Sweep:
-        """Return a sweep at so many even steps over the range, with or without the end."""
-        return self.solved(np.linspace(*self.ends, count, endpoint=endpoint))
+    def evenly(self, count: int) -> Sweep:
+        """Return a sweep at so many even steps over the range, without its end."""
+        return self.solved(np.linspace(*self.ends, count, endpoint=False))
 
     def found(
         self, quantities: list[Quantity], samples: Array

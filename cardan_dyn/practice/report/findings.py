@@ -217,15 +217,20 @@ class Findings(Result, Frozen):
             for key, values in found.items()
         }
 
-    @property
+    @cached_property
     def drawn(self) -> tuple[Sweep | None, str]:
-        """What figures show, and what is to be said of it: the range, however few its samples."""
+        """What figures show, and what is to be said of it: the range, however few its samples.
+
+        Curves pass through the extremes of the tables, which mostly lie between samples.
+        """
         sweep = self.sweep
         search = self._found.search
         if sweep is None or search is None:
             told = "" if sweep is None else f" Of the {counted(len(sweep))} alone."
             return sweep, told
-        return (sweep if len(sweep) >= FRAMES else search.evenly(FRAMES, endpoint=True)), ""
+        few = np.linspace(*search.ends, FRAMES) if len(sweep) < FRAMES else search.known
+        places = [end.ravel() for of in self.told for end in (of.greatest_at, of.least_at)]
+        return search.solved(np.unique(np.concatenate([few, *places]))), ""
 
     @property
     def _turns(self) -> float:
