@@ -16,6 +16,7 @@ from cardan_dyn.practice.drive_lines.verdict.rows import (
     stated,
     withheld,
 )
+from cardan_dyn.practice.drive_lines.wording import Wording
 
 MOST, LEAST = Limit(2.0, "m", "someone"), Limit(2.0, "m", "someone", "least")
 
@@ -108,3 +109,12 @@ def test_room_to_a_limit_of_nothing_is_said_in_its_unit() -> None:
     assert "+25 mm" in row.texts()
     (axes,) = verdict.plot().axes
     assert "+25 mm" in [text.get_text() for text in axes.texts]
+
+
+@pytest.mark.parametrize(("units", "told"), [("si", "0 N"), ("imperial", "0 lbf")])
+def test_what_is_rounding_is_told_as_zero(units: str, told: str) -> None:
+    """What cancels leaves 2e-15 lbf: the command prints what the page says."""
+    assert as_text(9.02e-15, "N", units) == as_text(-9.02e-15, "N", units) == told
+    page = Wording(units=units).quantity(9.02e-15, "force")
+    assert " ".join(page.split()) == told
+    assert as_text(1e-6, "N", units) not in (told, "")

@@ -174,6 +174,10 @@ def _noted(row: VerdictRow, text: str) -> VerdictRow:
 
 
 def as_text(value: float, unit: str, units: str = "si") -> str:
-    """Return a value of SI units in the unit that engineers use, of a system of `Wording`."""
+    """Return a value of SI units in the unit that engineers use, of a system of `Wording`.
+
+    As on pages, what is rounding beside one of these units is 0.
+    """
     measure = Wording(units=units).measure(BY_UNIT[unit])
-    return amount(value * measure.factor, measure.unit)
+    shown = value * measure.factor
+    return amount(0.0 if abs(shown) < NOTHING else shown, measure.unit)
