@@ -151,8 +151,10 @@ def solved(model: MotionEquation, speed: Array, guess: Array) -> tuple[Motions, 
         step = newton_steps(matrix, equation.efforts)
         length = np.max(np.abs(step / model.units), axis=(1, 2))
         left = np.max(np.max(np.abs(equation.efforts), axis=1) / _scale(equation), axis=1)
-        # Along what nothing holds rounding decides: there the motion stays where it is.
-        for item in np.nonzero((left <= ROUNDED) & ~(length <= ROUNDED))[0]:
+        # Along what nothing holds rounding decides: there the motion stays where it is. It shows in
+        # long steps for what is hardly left; elsewhere the least step is Newton's.
+        unheld = ~(length <= np.where(left <= ROUNDED, ROUNDED, np.sqrt(ROUNDED)))
+        for item in np.nonzero((left <= np.sqrt(ROUNDED)) & unheld)[0]:
             step[item] = _least_step(matrix[item], equation.efforts[item], model.units)
             length[item] = np.max(np.abs(step[item] / model.units))
         bad = ~np.isfinite(length)
