@@ -160,7 +160,7 @@ class FreeBall(NamedTuple):
             # So far a cubic with these slopes may be from the chord.
             off = 4.0 / 27.0 * sum(abs(slope - (other - one)) for slope in both)
             rests = max(map(abs, (one, other, *both))) <= NOTHING
-            if not rests and _distance(one, other) <= off + _CUBIC_ERROR * turned**4:
+            if not rests and _distance(one, other) <= off + _CUBIC_ERROR * turned**4 + ROUNDED:
                 return None
             phases[index] = _next_phase(phases[index], one, other)
         return self._angles(after, (phases[0], phases[1]), half)

@@ -312,13 +312,15 @@ class Branch:
                 return None
             state = state + change
             length = float(np.max(np.abs(change / np.append(units, state[-1]))))
-            # Steps that are too long, or grow, lead to another motion or nowhere.
-            if not length <= self._most or length > before or float(state[-1]) * self._last <= 0.0:
+            if not length <= self._most or float(state[-1]) * self._last <= 0.0:
                 return None
-            # Steps shrink by their squares.
-            if length <= ROUNDED or length * (length / before) ** 2 <= EPS:
+            # Steps shrink by their squares; short ones that shrink no more are rounding.
+            is_rounding = 0.5 * before < length <= np.sqrt(ROUNDED)
+            if is_rounding or length <= ROUNDED or length * (length / before) ** 2 <= EPS:
                 sign = float(np.linalg.slogdet(matrix[:-1, :-1])[0])
                 return Point(guess.model, state, sign, self._unit(ahead))
+            if length > before:  # It leads to another motion, or nowhere.
+                return None
             before = length
         return None
 
