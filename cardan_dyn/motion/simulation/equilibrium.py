@@ -144,7 +144,8 @@ def equilibrium(
         if not left or sizes[-1] > pace * left:
             raise EquilibriumError(
                 f"no equilibrium was found near the start; after {_MOST_STEPS - left} steps these "
-                f"still need {place.effort.tolist()} at {place.x.tolist()}; start nearer to one",
+                f"still need {place.effort.tolist()} at {place.x.tolist()}; start nearer to one"
+                f"{statics.refused}",
                 position=place.x,
                 effort=place.effort,
             )
@@ -197,7 +198,7 @@ def _moved(statics: _Statics, place: _Place) -> tuple[_Place, bool]:
         step, length = step * (_LONGEST / length), _LONGEST
     whole = length
     shortest = 4.0 * EPS * (1.0 + float(np.abs(x).max()))
-    refused = ""
+    statics.refused = ""
     while length > shortest:
         # About the square of a step is left behind it.
         is_near = length <= EPS ** (1.0 / 3.0)
@@ -209,11 +210,11 @@ def _moved(statics: _Statics, place: _Place) -> tuple[_Place, bool]:
                 left = statics.size(found.effort)
         except CardanError as error:
             # A dead point, a gap or the end of a table lies on the way.
-            refused = f". Beyond, {error}"
+            statics.refused = f". Beyond, {error}"
         else:
             if left < size:
                 statics.is_cut = length < whole
-                statics.is_slowed = statics.is_cut and not refused
+                statics.is_slowed = statics.is_cut and not statics.refused
                 return found, left <= 4.0 * EPS * max(statics.greatest, statics.wrench)
             if size <= 1e-11 * statics.greatest:  # Rounding is all that is left.
                 return place, True
@@ -222,7 +223,7 @@ def _moved(statics: _Statics, place: _Place) -> tuple[_Place, bool]:
         return place, True
     raise EquilibriumError(
         f"no equilibrium was found; from {x.tolist()} on, the effort needed grows in every "
-        f"direction; start elsewhere{refused}",
+        f"direction; start elsewhere{statics.refused}",
         position=x,
         effort=place.effort,
     )
@@ -238,6 +239,7 @@ class _Statics:
         wrench: greatest moment, or force by the characteristic length, seen in a joint [N·m].
         is_cut: whether the last step was shortened.
         is_slowed: whether it was since more effort is needed beyond, and for nothing else.
+        refused: why places farther on that step were not taken.
     """
 
     def __init__(self, solver: ProblemSolver, acting: Acting, driven: Array) -> None:
@@ -253,6 +255,7 @@ class _Statics:
         self._stencil = np.vstack([np.zeros_like(self.scale), displacements(self.scale)])
         self.greatest = self.wrench = 0.0
         self.is_cut = self.is_slowed = False
+        self.refused = ""
 
     def sweep(self, positions: Array) -> Sweep:
         """Return the scene at rest at positions `(N, f)`."""
