@@ -73,6 +73,7 @@ OFFERED = {
     "elements.link_motions": ("LinkMotion", "LinkMotions"),
     "elements.pin_motion": ("PinPlace",),
     "elements.stepping": ("INSTANT", "ImplicitStepper", "Step", "Stepper", "Traced", "first_fall"),
+    "kinematics.deciding": ("decided_at",),
     "kinematics.loops.idle_rods": ("rods_of",),
     "kinematics.tolerances": (
         "AROUND",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -16,6 +16,7 @@ from ..dynamics.problem_solver import AssembledPositions, InTurn, ProblemSolver
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..problem.acting import Acting
 from ..problem.samples import Targets
+from ..proof.residuals import Proven
 from .motion import Motion, Rates
 from .source import SolvedSource
 from .sweep import Sweep
@@ -91,44 +92,77 @@ def _solved_motion(
 
 
 def scattered(
-    solved: Sweep, known: Array, motion: Motion, positions: Array, acting: Acting
+    solver: ProblemSolver,
+    parts: Sequence[tuple[Array, Sweep]],
+    motion: Motion,
+    positions: Array,
+    acting: Acting,
 ) -> Sweep:
-    """Return a sweep at more samples than were solved: NaN at the others.
+    """Return a sweep at samples of which parts were solved: NaN at the others.
 
     Args:
-        solved: at the known ones.
-        known: indices of those that were solved.
+        solver: of the scene.
+        parts: indices of samples, and a sweep at these: of the scene, or of the same motion by
+            other free coordinates, with all joints as outputs.
         motion: at all N samples.
         positions: of the drives `(N, d)`.
         acting: likewise.
     """
+    problem, sweeps = solver.problem, [sweep for _, sweep in parts]
+    known = np.concatenate([indices for indices, _ in parts])
 
-    def spread(values: Array, other: float = np.nan) -> Array:
+    def spread(found: Callable[[Sweep], Array], other: float = np.nan) -> Array:
+        values = np.concatenate([found(sweep) for sweep in sweeps])
         every = np.full((len(motion), *values.shape[1:]), other)
         every[known] = values
-        return every
+        return read_only(every)
 
-    a, source = acting.accelerations.copy(), solved._source
-    assert isinstance(source, SolvedSource)
-    a[np.isin(np.arange(len(a)), known, invert=True)] = np.nan
-    moments = solved.coupling_moment.items()
+    def of_outputs(sweep: Sweep) -> list[int]:
+        return [sweep.outputs.index(name) for name in problem.outputs]
+
+    def wrenches(sweep: Sweep) -> Array:
+        return np.asarray(_solved_source(sweep).wrenches[:, of_outputs(sweep)])
+
+    def efforts(sweep: Sweep) -> Array:
+        values = _solved_source(sweep).efforts.copy()
+        pairs = enumerate(zip(sweep.coordinates, problem.independent, strict=True))
+        values[:, [column for column, (one, own) in pairs if one != own]] = 0.0
+        return values
+
+    unknown = np.isin(np.arange(len(motion)), known, invert=True)
+    named = solver.couplings.values()
     return Sweep(
-        problem=solved.problem,
-        held=solved._held,
-        acting=acting._replace(accelerations=a),
-        source=source._replace(
-            shape=motion.shape,
-            position=positions,
-            wrenches=read_only(spread(source.wrenches)),
-            efforts=read_only(spread(source.efforts)),
-            solved_motion=motion,
+        problem=problem,
+        held=sweeps[0]._held,
+        acting=acting._replace(
+            accelerations=np.where(unknown[:, None], np.nan, acting.accelerations)
         ),
-        unique=solved.unique,
-        coupling_moment=frozen({name: spread(values) for name, values in moments}),
-        coupling_unique=solved.coupling_unique,
-        condition=spread(solved.condition, np.inf),
-        proven=solved.proven,
+        source=SolvedSource(
+            motion.shape,
+            positions,
+            spread(wrenches),
+            spread(efforts),
+            solver.knows_drive_efforts,
+            solver.known_holding_efforts,
+            motion,
+        ),
+        unique=np.all([sweep.unique[of_outputs(sweep)] for sweep in sweeps], axis=0),
+        coupling_moment=frozen({name: spread(partial(_moment, name)) for name in named}),
+        coupling_unique=frozen(
+            {name: all(sweep.coupling_unique[name] for sweep in sweeps) for name in named}
+        ),
+        condition=spread(lambda sweep: sweep.condition, np.inf),
+        proven=Proven.worst([sweep.proven for sweep in sweeps]),
     )
+
+
+def _moment(coupling: str, sweep: Sweep) -> Array:
+    return sweep.coupling_moment[coupling]
+
+
+def _solved_source(sweep: Sweep) -> SolvedSource:
+    assert isinstance(sweep._source, SolvedSource)
+    return sweep._source
 
 
 def motion_at(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
 import numpy as np
 
 from ...core.dynamics.open_tree import OpenTree
+from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.dynamics.velocity_ratios import VelocityRatios
 from ...core.elements.link_loads import Wrench
+from ...core.kinematics.deciding import decided_at
 from ...core.kinematics.tolerances import CLOSURE_TOLERANCE
 from ...core.problem.acting import Acting
 from ...core.problem.samples import Targets, acting_on
@@ -60,6 +62,9 @@ _OF_STEPS = 100.0
 may be off, however little they move."""
 _FAR_BEYOND = 1e3
 """Energy residual, in tolerances of a step, above which notes tell of it."""
+_LOST = float(np.sqrt(ROUNDED))
+"""Effort that accelerations leave unbalanced, as part of the greatest, above which wrenches are not
+known."""
 PER_PERIOD = 64
 """Times per turn or swing that a quadrature returns, and steps over which the power of a motion
 that repeats is integrated by Gauss's rule."""
@@ -424,10 +429,12 @@ class Trajectory(MotionResult):
     def sweep(self) -> Sweep:
         """The motion as a sweep of the scene: wrenches, efforts and residuals at the times.
 
-        What is not known at singular configurations is NaN there, see `singular`.
+        At a dead point of the free coordinates, what they do not decide is found by other ones:
+        there velocity ratios alone are NaN, and the condition is that of the others. What is not
+        known at singular configurations is NaN there, see `singular`.
 
         Raises:
-            SingularConfigurationError: the drives do not decide the motion at any of the times.
+            SingularConfigurationError: nothing decides the motion at any of the times.
             AccuracyError: all of them are close to such configurations.
             CardanError: as `Scene.sweep`.
         """
@@ -443,29 +450,60 @@ class Trajectory(MotionResult):
         Raises:
             CardanError: as `Scene.sweep`.
         """
-        if self._solved[0] is not None:
-            return self._solved[0].motion
-        rows, shape = self._rows, (*self._rows.v.shape, len(self.coordinates))
-        rates = rows.v, np.full_like(rows.a, np.nan), VelocityRatios.of(np.full(shape, np.nan))
-        return Motion(self.mechanism, self.coordinates, rows.x, rows.turns, rates)
+        sweep = self._solved[0]
+        return self._run_motion(()) if sweep is None else sweep.motion
 
     @property
     def singular(self) -> Array:
         """Whether the configuration is so close to singular that forces are not known `(N,)`.
 
-        Wrenches, efforts of drives, accelerations and velocity ratios are NaN at these times, the
-        condition is infinite; positions, drive speeds and energies hold, other speeds lose digits.
+        That is where a drive is in a dead point, or assembly modes meet; at a dead point of the
+        free coordinates alone, other ones decide the motion, and forces are known. Wrenches,
+        efforts of drives, accelerations and velocity ratios are NaN at these times, the condition
+        is infinite; positions, drive speeds and energies hold, other speeds lose digits.
         """
-        return self._solved[1]
+        return read_only(self._solved[1] > _LOST)
 
     @cached_property
     def _solved(self) -> tuple[Sweep | None, Array, CardanError]:
-        """Return `sweep`, `singular`, and the last error; no sweep if all times are singular."""
-        singular, error = np.zeros(len(self), dtype=bool), CardanError("no time is given")
-        while True:
-            known = np.nonzero(~singular)[0]
-            if not known.size:
-                return None, read_only(singular), error
+        """Return `sweep`, None if all times are singular, effort errors `(N,)`, and the last error.
+
+        Raises:
+            AccuracyError: accelerations are wrong where nothing is close to singular.
+        """
+        errors, is_near, error = self._judged
+        if np.any((errors > _LOST) & ~is_near):
+            raise error
+        parts: list[tuple[Array, Sweep]] = []
+        own, left = np.ones(len(self), dtype=bool), np.flatnonzero((errors > ROUNDED) & is_near)
+        while left.size:
+            tried = np.arange(len(left)) == 0
+            if (other := self._part(left)._by_others) is not None:
+                found, *_ = other._judged
+                better = (found < errors[left]) & (found <= _LOST)
+                if np.any(better):
+                    parts.append((left[better], other._part(np.flatnonzero(better))._unproven))
+                    errors[left[better]], own[left[better]] = found[better], False
+                    tried |= better
+            left = left[~tried]
+        if np.all(own & (errors <= _LOST)):
+            return self._unproven, errors, error
+        if (known := np.flatnonzero(own & (errors <= _LOST))).size:
+            parts.insert(0, (known, self._part(known)._unproven))
+        if not parts:
+            return None, errors, error
+        positions, motion = self._of_drives.x, self._run_motion(parts)
+        return scattered(self._solver, parts, motion, positions, self._acting()), errors, error
+
+    @cached_property
+    def _judged(self) -> tuple[Array, Array, CardanError]:
+        """Return effort errors `(N,)`, where the configuration is close to singular, and the error.
+
+        Errors are infinite where the coordinates do not decide the motion.
+        """
+        errors, near = np.full(len(self), np.inf), np.ones(len(self), dtype=bool)
+        known, error = np.arange(len(self)), CardanError("no time is given")
+        while known.size:
             part = self if len(known) == len(self) else self._part(known)
             try:
                 sweep = part._unproven
@@ -473,7 +511,7 @@ class Trajectory(MotionResult):
                 # Closed as they are, but not decided by the drives.
                 if found.sample is None or not part._is_closed(found.sample):
                     raise
-                singular[known[found.sample]], error = True, found
+                error = found
                 if isinstance(found, AssemblyError):
                     error = SingularConfigurationError(
                         f"at time {part.time[found.sample]:.6g} s the configuration is singular: "
@@ -481,21 +519,33 @@ class Trajectory(MotionResult):
                         "and accelerations are not known; leave such times out with at()",
                         sample=int(known[found.sample]),
                     )
+                known = np.delete(known, found.sample)
                 continue
-            errors = part._effort_errors(sweep)
             # Away from singular configurations, errors are rounding times the condition number.
-            lost = errors > np.sqrt(ROUNDED)
-            if not np.any(lost):
-                break
-            error = part._wrong_accelerations(sweep, errors)
-            is_near = lost & ((sweep.condition * NEARLY > 1.0) | part._locked)
-            if np.any(lost & ~is_near) or sweep.idle_rods:
-                raise error
-            singular[known[is_near]] = True
-        if np.any(singular):
-            motion = self._run_motion(sweep, known)
-            sweep = scattered(sweep, known, motion, self._of_drives.x, self._acting())
-        return sweep, read_only(singular), error
+            errors[known] = part._effort_errors(sweep)
+            near[known] = ((sweep.condition * NEARLY > 1.0) | part._locked) & (not sweep.idle_rods)
+            if np.any(errors[known] > _LOST):
+                error = part._wrong_accelerations(sweep, errors[known])
+            break
+        return errors, near, error
+
+    @property
+    def _by_others(self) -> Trajectory | None:
+        """The same by other free coordinates, that decide the motion at the first time.
+
+        None where there are none.
+        """
+        setup = self._course.setup
+        problem = decided_at(self._problem, self._rows.x[0])
+        if problem is None or set(problem.free) == set(self._problem.free):
+            return None
+        try:
+            solver = ProblemSolver(problem)
+        except CardanError:
+            return None
+        other = type(self)(replace(self._course, setup=replace(setup, solver=solver)), self.time)
+        other.__dict__.update(_rows=self._rows, _drives_alone=None)
+        return other
 
     @property
     def _locked(self) -> Array:
@@ -557,21 +607,23 @@ class Trajectory(MotionResult):
             residual=float(errors[worst]),
         )
 
-    def _run_motion(self, sweep: Sweep, known: Array) -> Motion:
-        """Return the motion at all times, of which some are solved."""
-        motion, rows = sweep.motion, self._rows
-        x, turns, v, a = (
-            rows.x.copy(),
-            rows.turns.copy(),
-            rows.v.copy(),
-            np.full_like(rows.a, np.nan),
-        )
-        x[known], turns[known], v[known], a[known] = motion.x, motion.turns, motion.v, motion.a
-        ratios = motion.velocity_ratios
-        values = np.full((len(self), ratios.values.shape[1]), np.nan)
-        values[known] = ratios.values
-        rates = v, a, ratios._replace(values=values)
-        return Motion(self.mechanism, self.coordinates, x, turns, rates)
+    def _run_motion(self, parts: Sequence[tuple[Array, Sweep]]) -> Motion:
+        """Return the motion at all times, of which some are solved.
+
+        Velocity ratios are those of these coordinates alone.
+        """
+        rows, count = self._rows, len(self)
+        x, turns, v = rows.x.copy(), rows.turns.copy(), rows.v.copy()
+        a = np.full_like(rows.a, np.nan)
+        ratios = VelocityRatios.of(np.full((*v.shape, len(self.coordinates)), np.nan))
+        for known, sweep in parts:
+            motion = sweep.motion
+            x[known], turns[known], v[known], a[known] = motion.x, motion.turns, motion.v, motion.a
+            if sweep.coordinates == self.coordinates:
+                values = np.full((count, motion.velocity_ratios.values.shape[1]), np.nan)
+                values[known] = motion.velocity_ratios.values
+                ratios = motion.velocity_ratios._replace(values=values)
+        return Motion(self.mechanism, self.coordinates, x, turns, (v, a, ratios))
 
     def _acting(self) -> Acting:
         """Return rates of the drives and what acts at the times."""
@@ -636,7 +688,10 @@ class Trajectory(MotionResult):
         The equations of motion ask for none: it is what is wrong with the accelerations. Forces
         count as moments by the characteristic length.
         """
-        return float(np.nanmax(self._effort_errors(self.sweep)))
+        sweep, errors, error = self._solved
+        if sweep is None:
+            raise error
+        return float(np.max(errors[errors <= _LOST]))
 
     def _effort_errors(self, sweep: Sweep) -> Array:
         """Return `(N,)` the effort of the free coordinates, see `effort_residual`."""

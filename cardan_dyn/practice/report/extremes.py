@@ -371,8 +371,8 @@ class Search(NamedTuple):
             if found.singular.any():
                 first = amount(float(found.time[found.singular][0]), "s")
                 raise ModelError(
-                    f"at t = {first} the configuration is singular; it may not be for another free "
-                    "coordinate"
+                    f"at t = {first} the configuration is singular, and no free coordinate decides "
+                    "the motion there"
                 )
             return found.sweep
 
