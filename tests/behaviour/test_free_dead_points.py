@@ -57,6 +57,8 @@ def test_a_piston_passes_its_dead_points() -> None:
     assert np.isnan(ratio[3]) and np.isfinite(ratio[-1])
     assert not np.any(found.drive_effort)
     assert np.max(np.abs(found["piston_guide"].axial)) < 1e-10
+    with pytest.raises(cd.SingularConfigurationError, match="do not decide the motion at sample"):
+        found.sweep.derivative("piston_guide")
     # A dead point alone is one as well.
     alone, known = found.at(found.time[3]), expected.at(found.time[3])
     assert_alike(alone, known)

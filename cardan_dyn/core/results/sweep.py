@@ -54,7 +54,7 @@ import numpy as np
 from ..._version import __version__
 from ...kit.arrays import Array, spread
 from ...kit.checks import described
-from ...kit.errors import ArgumentError, ModelError, choices
+from ...kit.errors import ArgumentError, ModelError, SingularConfigurationError, choices
 from ...kit.frozen import frozen, made, read_only
 from ..elements.link_loads import WRENCH_COMPONENTS, Wrench
 from ..kinematics.loops.idle_rods import rods_of
@@ -570,6 +570,7 @@ class Sweep(MotionResult):
             ArgumentError: a name that says no parameter, or more than fits into memory.
             ModelError: no such joint, link or element; or a loop closes only as long as the
                 parameter is what it is.
+            SingularConfigurationError: a time of a simulation is a dead point of what is free.
         """
         from .derivative import derivatives_of  # Few sweeps are differentiated.
 
@@ -610,6 +611,14 @@ class Sweep(MotionResult):
 
         if not parameters:
             raise ArgumentError("name the parameters, such as derivative('bearing_in')")
+        undecided = np.isnan(self.motion.velocity_ratios.values).all(axis=1)
+        if undecided.any():
+            sample = int(np.argmax(undecided))
+            raise SingularConfigurationError(
+                f"{choices(self.coordinates)} do not decide the motion at sample {sample}, so that "
+                "nothing has a derivative there: leave such times out with at()",
+                sample=sample,
+            )
         uniqueness = self.unique, self.coupling_unique
         return Swept(self._solver, self._acting, self.motion, *uniqueness)
 
