@@ -19,7 +19,7 @@ from ..core.elements.pin_contact import PinContact
 from ..core.problem.arguments import by_coordinate, split_loads
 from ..core.problem.coordinate_names import check_single
 from ..core.results.table import Table
-from ..kit.arrays import Array
+from ..kit.arrays import Array, squeezed
 from ..kit.checks import mapping, positive
 from ..kit.errors import (
     ArgumentError,
@@ -231,17 +231,17 @@ class TaskTrajectory(Trajectory):
     @property
     def task_position(self) -> Array:
         """Positions of the rows `(N, k)` [rad or m]; `(N,)` of a single one."""
-        return _squeezed(self._given.x)
+        return read_only(squeezed(self._given.x))
 
     @property
     def task_speed(self) -> Array:
         """Their speeds [rad/s or m/s], like `task_position`; of a rotation its angular velocity."""
-        return _squeezed(self._given.v)
+        return read_only(squeezed(self._given.v))
 
     @property
     def task_acceleration(self) -> Array:
         """Their accelerations [rad/s² or m/s²], likewise."""
-        return _squeezed(self._given.a)
+        return read_only(squeezed(self._given.a))
 
     @cached_property
     def task_residual(self) -> float:
@@ -267,7 +267,3 @@ class TaskTrajectory(Trajectory):
         Arguments as of `Trajectory.table`.
         """
         return with_task(super().table(motion=motion, points=points), self)
-
-
-def _squeezed(values: Array) -> Array:
-    return read_only(values[:, 0] if values.shape[1] == 1 else values)

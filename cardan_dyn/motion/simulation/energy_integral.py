@@ -32,10 +32,6 @@ _MOST_PANELS = 4096
 _UNDECIDED = 0.1
 """Error of the kinetic energy where it is least, as a fraction of it, beyond which nothing can be
 said of what follows."""
-_UNDECIDED_NOTE = (
-    "the energy is that of an unstable equilibrium but for rounding, which decides whether and "
-    "when the mechanism passes it"
-)
 
 
 class _Anchor(NamedTuple):
@@ -52,6 +48,14 @@ class _Anchor(NamedTuple):
     kinetic: float
     force: float
     is_end: bool
+
+
+def _undecided() -> NotSuitableError:
+    return NotSuitableError(
+        "the energy is close to what passes a maximum of the potential",
+        note="the energy is that of an unstable equilibrium but for rounding, which decides "
+        "whether and when the mechanism passes it",
+    )
 
 
 class EnergyIntegral:
@@ -278,9 +282,7 @@ class EnergyIntegral:
             known = self._energy + self._scale * min(way, 1.0)
             lost = self._error * known / abs(item.kinetic) if item.kinetic else np.inf
             if lost > _UNDECIDED:
-                raise NotSuitableError(
-                    "the energy is close to what passes a maximum", note=_UNDECIDED_NOTE
-                )
+                raise _undecided()
             bend = float(slope.at(position)[0])
             if bend > 0.0:
                 rate = np.sqrt(bend / float(self._inertia.at(position)[0]))
@@ -416,9 +418,7 @@ class _Elapsed:
             spent += float(np.sum((width * series[:, 0])[fine]))
             count += len(pieces)
             if count > _MOST_PANELS:
-                raise NotSuitableError(
-                    "the energy is close to what passes a maximum", note=_UNDECIDED_NOTE
-                )
+                raise _undecided()
             pieces, low, high = pieces[~fine], low[~fine], high[~fine]
             middle = 0.5 * (low + high)
             pieces = np.concatenate([pieces, pieces])
@@ -434,9 +434,7 @@ class _Elapsed:
         bent, inertia = self._beside(way, ways)
         kinetic = kinetic + force * ways + bent
         if np.min(kinetic) <= 0.0 or np.min(inertia) <= 0.0:
-            raise NotSuitableError(
-                "the energy is close to a maximum of the potential", note=_UNDECIDED_NOTE
-            )
+            raise _undecided()
         paces = np.sqrt(0.5 * inertia / kinetic) * slopes
         self.fastest = max(self.fastest, float(np.max(slopes / paces)))
         return np.asarray(paces)

@@ -27,8 +27,6 @@ from .system import Motion
 
 _BRIEFEST = float(np.finfo(float).tiny / EPS)
 """Least duration [s] whose smallest parts are numbers, and speed [rad/s or m/s] other than none."""
-_FARTHEST = float(1.0 / ROUNDED)
-"""Angle [rad], or slide in lengths of the mechanism, of which rounding may be as much as one."""
 _FEWEST_STEPS = 200
 """Steps that a simulation takes at least where functions of users act: at rest, errors would allow
 steps that leap over a pulse."""
@@ -176,9 +174,9 @@ def setup_of(
     positions = drive_positions(solver, position, starts)
     motions = begun_at(motions, dict(zip(problem.independent, positions.tolist(), strict=True)))
     farthest = float(np.max(np.abs(positions), initial=0.0))
-    if not farthest <= _FARTHEST:
+    if not farthest * ROUNDED <= 1.0:
         raise ArgumentError(
-            f"position is {farthest:.3g}, beyond {_FARTHEST:g}, of which numbers keep no place "
+            f"position is {farthest:.3g}, beyond {1.0 / ROUNDED:g}, of which numbers keep no place "
             "within a turn: leave whole turns out"
         )
     speeds = {name: item(0.0)[1] for name, item in motions.items()}
@@ -224,12 +222,13 @@ def refuse_distances(fastest: float, duration: float, reach: float = 1.0) -> Non
         ArgumentError: the way is too long.
     """
     reach = min(reach, 1.0)
-    if not fastest <= _FARTHEST * reach / duration:
+    farthest = reach / ROUNDED
+    if not fastest <= farthest / duration:
         swing = f" in a swing of {reach:.3g} rad" if reach < 1.0 else ""
         raise ArgumentError(
             f"a joint moves at up to {fastest:.3g} rad/s{swing} (of slides, rad are lengths of the "
             f"mechanism); within {duration:g} s that is a way of more than "
-            f"{_FARTHEST * reach:.3g} rad, of which numbers keep no place within a turn or swing: "
+            f"{farthest:.3g} rad, of which numbers keep no place within a turn or swing: "
             "simulate a shorter time or a lower speed"
         )
 

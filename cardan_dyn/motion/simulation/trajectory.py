@@ -25,7 +25,7 @@ from ...core.results.prescribed import MotionResult
 from ...core.results.sweep import Sweep
 from ...core.results.table import Table, Variable
 from ...core.results.wrench import JointWrench
-from ...kit.arrays import EPS, NOTHING, ROUNDED, Array
+from ...kit.arrays import EPS, NOTHING, ROUNDED, Array, squeezed
 from ...kit.checks import numbers, whole
 from ...kit.errors import (
     AccuracyError,
@@ -411,7 +411,7 @@ class Trajectory(MotionResult):
     @property
     def position(self) -> Array:
         """Positions of `coordinates` `(N,)` [rad or m], `(N, d)` if they are several."""
-        return _squeezed(self._of_drives.x)
+        return read_only(squeezed(self._of_drives.x))
 
     @property
     def speed(self) -> Array:
@@ -421,9 +421,9 @@ class Trajectory(MotionResult):
         the outer angles have no speed there.
         """
         if self._drives_alone is not None:
-            return _squeezed(self._drives_alone.v)
+            return read_only(squeezed(self._drives_alone.v))
         known = self._rows.exist[:, self.mechanism.coordinates.rates_of(self.coordinates)]
-        return _squeezed(np.where(known, self._of_drives.v, np.nan))
+        return read_only(squeezed(np.where(known, self._of_drives.v, np.nan)))
 
     @property
     def sweep(self) -> Sweep:
@@ -672,7 +672,7 @@ class Trajectory(MotionResult):
         """
         # By definition; what a sweep finds there is how wrong accelerations are.
         efforts = self.sweep.drive_effort.reshape(len(self), -1)
-        return _squeezed(np.where(self._is_free, 0.0, efforts))
+        return read_only(squeezed(np.where(self._is_free, 0.0, efforts)))
 
     @property
     def _is_free(self) -> Array:
@@ -917,8 +917,3 @@ class Trajectory(MotionResult):
         first = {name: variables.pop(name) for name in leading if name in variables}
         every = {**first, **energies, **variables}
         return replace(swept, variables=list(every.items()), samples={"time": len(self.time)})
-
-
-def _squeezed(values: Array) -> Array:
-    """Return values `(N, d)` of the drives, `(N,)` of one."""
-    return read_only(values[:, 0] if values.shape[1] == 1 else values)
