@@ -100,6 +100,35 @@ def test_a_pendulum_hangs_from_the_piston(driven: bool) -> None:
     assert np.any(efforts[0]) == driven
 
 
+def test_work_is_integrated_over_dead_points() -> None:
+    """Times are chosen so that one of Gauss's nodes before them, where power is read, is one."""
+    by_piston, by_crank = (
+        cd.Scene(
+            hung(slider_crank(None), "slider"),
+            free=free,
+            drive="swing",
+            gravity=WEIGHT,
+            near={"a": -0.5},
+        ).simulate(
+            0.3,
+            position={"a": -0.5},
+            speed={"a": 9.0},
+            motion={"swing": lambda t: (t**3, 3.0 * t**2, 6.0 * t)},
+            events=straight("a", 0.5 * np.pi),
+            rtol=1e-12,
+        )
+        for free in ("d", "a")
+    )
+    dead = by_piston.events[0].time
+    index = int(np.searchsorted(by_piston.steps, dead))
+    begun, end = by_piston.steps[index - 1 : index + 1]
+    nodes, _ = np.polynomial.legendre.leggauss(8)
+    times = begun + 2.0 * (dead - begun) / (1.0 + nodes)
+    found = by_piston.at(times[times < end])
+    assert len(found) and found.energy_residual < 1e-9
+    np.testing.assert_allclose(found.work, by_crank.at(found.time).work, rtol=1e-9)
+
+
 def test_a_task_moves_the_pendulum() -> None:
     """What its actuated joint exerts is known where the piston stands."""
     scene = cd.Scene(

@@ -765,11 +765,14 @@ class Trajectory(MotionResult):
         if self._prescribed:
             # What is wrong with an effort shows in the balance of energy, which takes it.
             try:
-                efforts = there._unproven.drive_effort.reshape(len(times), -1)
+                sweep = there._unproven
             except (SingularConfigurationError, AssemblyError) as error:
-                raise AccuracyError(
-                    "the work of prescribed drives is not known where they are singular"
-                ) from error
+                if np.any(there.singular):
+                    raise AccuracyError(
+                        "the work of prescribed drives is not known where they are singular"
+                    ) from error
+                sweep = there.sweep
+            efforts = sweep.drive_effort.reshape(len(times), -1)
             chosen = [self.coordinates.index(name) for name in self._prescribed]
             power += np.sum(efforts[:, chosen] * there._of_drives.v[:, chosen], axis=1)
         return np.asarray(power)
