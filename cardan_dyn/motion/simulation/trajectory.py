@@ -477,9 +477,13 @@ class Trajectory(MotionResult):
         parts: list[tuple[Array, Sweep]] = []
         own, left = np.ones(len(self), dtype=bool), np.flatnonzero((errors > ROUNDED) & is_near)
         while left.size:
-            tried = np.arange(len(left)) == 0
-            if (other := self._part(left)._by_others) is not None:
-                found, *_ = other._judged
+            worst = int(np.argmax(errors[left]))
+            tried = np.arange(len(left)) == worst
+            if (by_others := self._part(left)._by_others(worst)) is None:
+                # Where these coordinates are the best, they are as well where less is wrong.
+                tried |= errors[left[worst]] <= _LOST
+            else:
+                other, found = by_others
                 better = (found < errors[left]) & (found <= _LOST)
                 if np.any(better):
                     parts.append((left[better], other._part(np.flatnonzero(better))._unproven))
@@ -529,23 +533,22 @@ class Trajectory(MotionResult):
             break
         return errors, near, error
 
-    @property
-    def _by_others(self) -> Trajectory | None:
-        """The same by other free coordinates, that decide the motion at the first time.
+    def _by_others(self, index: int) -> tuple[Trajectory, Array] | None:
+        """Return the same by other free coordinates, and its effort errors `(N,)`.
 
-        None where there are none.
+        They decide the motion at one of the times; None where there are none.
         """
         setup = self._course.setup
-        problem = decided_at(self._problem, self._rows.x[0])
+        problem = decided_at(self._problem, self._rows.x[index])
         if problem is None or set(problem.free) == set(self._problem.free):
             return None
         try:
-            solver = ProblemSolver(problem)
+            setup = replace(setup, solver=ProblemSolver(problem))
+            other = type(self)(replace(self._course, setup=setup), self.time)
+            other.__dict__.update(_rows=self._rows, _drives_alone=None)
+            return other, other._judged[0]
         except CardanError:
             return None
-        other = type(self)(replace(self._course, setup=replace(setup, solver=solver)), self.time)
-        other.__dict__.update(_rows=self._rows, _drives_alone=None)
-        return other
 
     @property
     def _locked(self) -> Array:
