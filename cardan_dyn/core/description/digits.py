@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from decimal import Decimal, InvalidOperation
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -57,11 +58,14 @@ class Precision(NamedTuple):
 
 def precision_of(description: Description) -> Precision:
     """Return the precision of a description's text; zeros where it has no rounded numbers."""
-    if description.text is None:
-        return Precision(0.0, 0.0)
+    return Precision(0.0, 0.0) if description.text is None else _precision(description.text.text)
+
+
+@lru_cache(maxsize=1)  # Each pitch of a description asks.
+def _precision(text: str) -> Precision:
     from xml.etree.ElementTree import fromstring
 
-    root = fromstring(description.text.text)
+    root = fromstring(text)
     degrees = root.tag == "mujoco" and all(
         item.get("angle", "degree") == "degree" for item in root.iter("compiler")
     )

@@ -19,6 +19,7 @@ import pinocchio
 from ...kit.arrays import EPS, Array
 from ...kit.errors import ArgumentError, ModelError, choices
 from .description import Description, JointDescription, JointOrLoop, LinkDescription
+from .digits import precision_of
 
 PREFIX = "origin:"
 _SLIDES, _TURNS = ("x", "y", "z"), ("yaw", "pitch", "roll")
@@ -92,7 +93,8 @@ def origin_of(description: Description, name: str) -> Origin:
     rotation = getattr(item, field)[:3, :3]
     across = np.array([-rotation[1, 0], rotation[0, 0], 0.0])
     level = float(np.linalg.norm(across))
-    if component == "pitch" and level < np.sqrt(EPS):
+    # A text of 1.5708 means a right angle: that it is greater by its last digit decides no sign.
+    if component == "pitch" and level < np.sqrt(EPS) + precision_of(description).angle:
         raise ModelError(
             f"{name!r}: at a pitch of 90°, roll and yaw turn about the same axis, so that the "
             "rotation does not tell the yaw, which decides what the pitch turns about; "
