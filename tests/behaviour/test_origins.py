@@ -407,3 +407,48 @@ def test_false_uses_are_refused() -> None:
     # A hinge that is no longer parallel to the others opens its loop.
     with pytest.raises(cd.CardanError):
         scene.replace(held={"origin:crank_pin.roll": 0.1})
+
+
+def upright_bar(angle: float, other: float = np.pi / 2.0) -> str:
+    """Return a four-bar whose axes are turned by a right angle, as exporters write it."""
+    return f"""<robot name="upright"><link name="base"/>
+<link name="crank"><inertial><origin xyz="0.05 0.02 0"/><mass value="0.4"/>
+<inertia ixx="1e-3" iyy="1e-3" izz="1e-3"/></inertial></link>
+<link name="coupler"><inertial><origin xyz="0.1 0 0.02"/><mass value="1.3"/>
+<inertia ixx="0.01" iyy="0.02" izz="0.02"/></inertial></link>
+<link name="rocker"><inertial><origin xyz="0 -0.1 0"/><mass value="0.9"/>
+<inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial></link>
+<joint name="A" type="continuous"><parent link="base"/><child link="crank"/>
+<origin rpy="{angle} 0 0"/><axis xyz="0 0 1"/></joint>
+<joint name="B" type="continuous"><parent link="crank"/><child link="coupler"/>
+<origin xyz="0 0.1 0" rpy="{2.0 * angle} 0 0"/><axis xyz="0 0 1"/></joint>
+<joint name="D" type="continuous"><parent link="base"/><child link="rocker"/>
+<origin xyz="0.3 0 0" rpy="{-other} 0 0"/><axis xyz="0 0 1"/></joint>
+<loop name="C" type="continuous">
+<predecessor link="coupler"><origin xyz="0.3 -0.15 0"/></predecessor>
+<successor link="rocker"><origin xyz="0 -0.25 0"/></successor><axis xyz="0 0 1"/></loop></robot>"""
+
+
+@pytest.mark.parametrize("other", [1.5708, np.pi / 2.0])
+def test_lengths_of_a_plane_that_was_rounded_can_vary(other: float) -> None:
+    """Axes that meet 300 km away close loops as well as parallel ones, but for given lengths."""
+    rounded, exact = cd.load(upright_bar(1.5708, other)), cd.load(upright_bar(np.pi / 2.0))
+    names = ["origin:A.z", "origin:B.y", "origin:C.predecessor.x", "origin:C.successor.y"]
+    names += ["origin:D.x", "origin:D.z", "origin:B.yaw"]
+    found, expected = (
+        cd.Scene(item, drive="A", gravity=(0.0, 0.0, -9.81)).sweep(PHI, speed=3.0)
+        for item in (rounded, exact)
+    )
+    size = np.abs(expected.drive_effort).max()
+    np.testing.assert_allclose(found.drive_effort, expected.drive_effort, atol=1e-12 * size)
+    by, wanted = found.derivative(*names), expected.derivative(*names)
+    for name in names:
+        effort, efforts = by[name].drive_effort, wanted[name].drive_effort
+        np.testing.assert_allclose(effort, efforts, atol=1e-12 * max(size, np.abs(efforts).max()))
+        held = [
+            cd.Scene(item, drive="A", gravity=(0.0, 0.0, -9.81), held={name: 0.01})
+            .sweep(PHI, speed=3.0)
+            .drive_effort
+            for item in (rounded, exact)
+        ]
+        np.testing.assert_allclose(*held, atol=1e-12 * size)

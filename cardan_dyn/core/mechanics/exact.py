@@ -290,6 +290,9 @@ class _Chain:
             for name, joint in mechanism.joints.items()
             if joint.parts and joint.parts[0].id - 1 in on_loops
         ]
+        self._parts = [
+            [part.id - 1 for part in mechanism.joints[name].parts] for name, _ in self._frames
+        ]
         self.loops = [mechanism.loops[index].joint for index in loops]
         count = len(self._frames) + len(self.loops)
         self.displacements = [pinocchio.SE3.Identity() for _ in range(count)]
@@ -363,10 +366,21 @@ class _Chain:
         return bool(here.error[0] <= _CLOSED and in_doubt.any())
 
     def made_exact(self, tolerance: float) -> Nearest | None:
-        """Return the nearest exact geometry; None if there is none around."""
+        """Return the nearest exact geometry; None if there is none around.
+
+        Of what is nearly planar it is a plane one, if frames have to be displaced by no more than
+        numbers are off, though axes that meet far away may be nearer: there, loops would open as
+        soon as a length changes.
+        """
         start = self.closed(self._zero, None, tolerance)
         if start.error[0] > tolerance:
             return None
+        untouched = list(self.displacements), self._tree
+        if self._flattened(start, tolerance) and self.is_exact(tolerance):
+            nearest = self._nearest()
+            if nearest.greatest <= tolerance / _LEVERS:
+                return nearest
+        self.displacements, self._tree = untouched
         taken: list[_Positions] = []
         for round_ in range(_ROUNDS):
             around = self._around(start, round_, tolerance)
@@ -439,6 +453,88 @@ class _Chain:
             x = here.x
         return bool(self.closed(x, rank, tolerance).error.max() <= _CLOSED)
 
+    def _flattened(self, start: _Positions, tolerance: float) -> bool:
+        """Displace frames so that all axes are parallel; return whether they nearly are."""
+        bodies, x, loops = self._tree.bodies, start.x, range(len(self._tree.loops))
+        kinds = [[bodies[part].kind for part in parts] for parts in self._parts]
+        every = {kind for joint in kinds for kind in joint}
+        if "spherical" in every or "revolute" not in every:
+            return False
+        # A turn stands for its joint, a slide where there is none.
+        stand = [
+            parts["revolute" in joint and joint.index("revolute")]
+            for parts, joint in zip(self._parts, kinds, strict=True)
+        ]
+        ways = [[self._axes(start.at, part)[1] for part in parts] for parts in self._parts]
+        first = next(
+            way
+            for joint, found in zip(kinds, ways, strict=True)
+            for kind, way in zip(joint, found, strict=True)
+            if kind == "revolute"
+        )
+        normal, carriers, on_loops = np.zeros(3), set[int](), {body for _, body in self._frames}
+        for parts, found in zip(self._parts, ways, strict=True):
+            for part, way in zip(parts, found, strict=True):
+                turns, along = bodies[part].kind == "revolute", first @ way
+                if (np.linalg.norm(np.cross(first, way)) if turns else abs(along)) > tolerance:
+                    return False
+                # What stands where all loops do decides the normal; the others are turned to it.
+                if turns and bodies[parts[0]].parent not in on_loops:
+                    normal += np.sign(along) * way
+                    carriers.add(bodies[parts[0]].parent)
+        normal = normal / np.linalg.norm(normal) if normal.any() else first
+        for body in carriers:  # Lengths are along its axes, one of which the numbers may mean.
+            own = self._tree.axes.T if body < 0 else _columns(start.at.rotations[body])
+            meant = own @ np.rint(normal @ own)
+            normal = meant if np.abs(meant - normal).max() <= tolerance / _LEVERS else normal
+        for place, ((_, body), part) in enumerate(zip(self._frames, stand, strict=True)):
+            at = placed(self._tree, x)
+            way, axes = self._axes(at, part)[1], self._axes(at, body)[0]
+            turn = np.sign(way @ normal) * np.cross(way, normal)
+            if bodies[part].kind == "prismatic":
+                turn = (way @ normal) * np.cross(normal, way)
+            self._displace(place, np.zeros(3), axes.T @ turn)
+        for index in loops:
+            (_, axes), (_, own) = self._ends(index, x)
+            turn = np.cross(axes.T @ normal, own.T @ normal)
+            self._displace(len(self._frames) + index, np.zeros(3), turn)
+        # Along the normal, all frames share what is left.
+        at, moves = placed(self._tree, x), np.zeros((len(loops), len(self.displacements)))
+        for index in loops:
+            start_path, end_path = (
+                self._tree.path(end.body) for end in self._tree.loops[index][:2]
+            )
+            for place, (_, body) in enumerate(self._frames):
+                moves[index, place] = (body in end_path) - (body in start_path)
+            moves[index, len(self._frames) + index] = 1.0
+        ends = [self._ends(index, x) for index in loops]
+        gaps = [normal @ (point - other) for (point, _), (other, _) in ends]
+        axes_of = [self._axes(at, body)[0] for _, body in self._frames] + [
+            end[1][1] for end in ends
+        ]
+        for place, slide in enumerate(np.linalg.lstsq(moves, np.array(gaps))[0]):
+            self._displace(place, slide * normal @ axes_of[place], np.zeros(3))
+        return True
+
+    def _axes(self, at: Placed, body: int) -> tuple[Array, Array]:
+        """Return the axes of a joint's frame, as columns, and its direction, in the world."""
+        axes = _columns(self._frame(at, body)[0])
+        return axes, axes @ self._tree.bodies[body].directions[0]
+
+    def _ends(self, index: int, x: Mapping[int, Array]) -> list[tuple[Array, Array]]:
+        """Return points and axes, as columns, of both ends of a loop, in the world."""
+        at, found = placed(self._tree, x), []
+        for end in self._tree.loops[index][:2]:
+            axes, lever = at.end(end)
+            found.append((_columns([added(at.point(end.body), lever)])[:, 0], _columns(axes)))
+        return found
+
+    def _displace(self, place: int, slide: Array, turn: Array) -> None:
+        """Displace a frame more, in its own axes."""
+        own = pinocchio.exp6(np.concatenate([slide, turn]))
+        self.displacements[place] = self.displacements[place] * own
+        self._tree = self._displaced_tree()
+
     def _growth(self, at: Placed) -> Array:
         """Return `(K, R, 6 F)` how errors grow with displacements of frames, slides first."""
         tree = self._tree
@@ -505,6 +601,11 @@ class _Chain:
                 displacements[name] = item.homogeneous
                 displacements[name][:3, 3] *= self._tree.length
         return Nearest(displacements, greatest)
+
+
+def _columns(vectors: Sequence[Vector]) -> Array:
+    """Return vectors at one position as columns `(3, n)`."""
+    return np.array([[np.ravel(entry)[0] for entry in vector] for vector in vectors]).T
 
 
 def _displaced(item: Any, displacement: pinocchio.SE3) -> Any:
