@@ -250,32 +250,29 @@ canvas.addEventListener("wheel", (event) => {
 
 // How long lengths and arrows are.
 const scaleRows = [
-  { unit: "m", text: (value) => measured(value, "m"), perMetre: 1, arrow: false },
-  ...data.scales.map((item) => ({
-    perMetre: item.per_metre, arrow: true,
-    kind: item.kind, unit: item.unit, text: (value) => measured(value, item.unit)
-      + (item.longest ? `; beyond ${toldUpTo(item.longest, item.unit, 3).full(item.longest)} arrows are cut` : ""),
-  })),
-].map((row) => {
+  { unit: "m", per_metre: 1 }, ...data.scales,
+].map((scale) => {
   const line = draw("svg", { width: 10, height: 10 }), text = make("span");
-  const element = make("div", {}, line, text);
+  const element = make("div", {}, line, text), { longest, unit } = scale;
   byId("scales").append(element);
-  return { ...row, line, label: text, element };
+  const cut = longest
+    ? `; beyond ${toldUpTo(longest, unit, 3).full(longest)} arrows are cut` : "";
+  return { ...scale, line, text, element, cut };
 });
 function drawScales() {
   const widest = Math.min(120, 0.28 * size.width), scale = pixelsPerMetre();
   for (const row of scaleRows) {
-    const value = roundStep(widest / scale * row.perMetre, row.unit);
-    const long = value / row.perMetre * scale;
+    const value = roundStep(widest / scale * row.per_metre, row.unit);
+    const long = value / row.per_metre * scale;
     row.line.setAttribute("width", long.toFixed(1));
     row.line.replaceChildren();
-    const path = row.arrow
+    const path = row.kind
       ? `M0 5H${long}M${long - 6} 1.5L${long} 5L${long - 6} 8.5`
       : `M1 1V9M1 5H${long - 1}M${long - 1} 1V9`;
     draw("path", { d: path }, row.line);
-    row.label.textContent = row.text(value);
+    row.text.textContent = measured(value, row.unit) + row.cut;
     obstacles = null;
-    row.element.hidden = row.arrow && !ARROWS[row.kind].some((root) => {
+    row.element.hidden = row.kind && !ARROWS[row.kind].some((root) => {
       const arrows = nodes.get("/" + root);
       return arrows && arrows.visible && arrows.children.some(({ visible }) => visible);
     });

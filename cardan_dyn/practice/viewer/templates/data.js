@@ -19,6 +19,13 @@ function array([at, count, kind]) {
 const { told } = data, { course } = told;
 for (const row of told.state) row.values = row.values ? array(row.values) : [row.value];
 for (const name of ["values", "seconds"]) course[name] = course[name] && array(course[name]);
+for (const { series } of told.joints) {
+  for (const item of series) {
+    item.values = array(item.values);
+    [item.least, item.most] = extent(item.values);
+    item.greatest = greatest(item.values);
+  }
+}
 const count = course.values ? course.values.length : 1;
 
 // The place in increasing or decreasing values at which they pass a value, as a fraction of samples.
@@ -47,6 +54,11 @@ function extent(values) {
     if (value > most) most = value;
   }
   return least <= most ? [least, most] : [0, 0];
+}
+
+// The greatest size of values.
+function greatest(values) {
+  return Math.max(...extent(values).map(Math.abs));
 }
 
 // A number with so many decimals; a true minus sign, and none before zero.

@@ -27,12 +27,8 @@ function drawGraphs(joint) {
   graphs = [];
   rows = [];
   if (!joint) return;
-  const series = joint.series.map((item) => {
-    const values = array(item.values), [least, most] = extent(values);
-    return { ...item, values, least, most, greatest: Math.max(-least, most) };
-  });
   for (const unit of ["N·m", "N"]) {
-    const drawn = merged(series.filter((item) => item.unit === unit && item.greatest));
+    const drawn = merged(joint.series.filter((item) => item.unit === unit && item.greatest));
     if (!drawn.length) continue;
     const told = toldUpTo(Math.max(...drawn.map((item) => item.greatest)), unit);
     if (course.values) host.append(graphOf(joint, told, drawn));

@@ -20,8 +20,6 @@ function widthOf(text) {
 
 function addLabel(item) {
   const element = make("div"), line = draw("line", {}, leaderHost);
-  element.hidden = true;
-  line.style.display = "none";
   if (item.color !== PLAIN) ink(element, item.color, TEXT);
   labelHost.append(element);
   labels.push({ ...item, element, line, box: null, last: 0 });
@@ -34,14 +32,14 @@ for (const { path, text, color } of data.scene.labels) {
 for (const joint of told.joints) {
   // What is next to nothing beside the whole has no number.
   const whole = {};
-  for (const { unit, values } of joint.series) {
-    whole[unit] = Math.max(whole[unit] || 0, ...extent(array(values)).map(Math.abs));
+  for (const { unit, greatest } of joint.series) {
+    whole[unit] = Math.max(whole[unit] || 0, greatest);
   }
   const named = new Map(joint.series.map((item) => [item.name, item]));
   for (const root of ["torsion", "bending", "force", "axial", "shear"]) {
     const series = named.get(root) || (root === "bending" && named.get("moment"));
     if (!series) continue;
-    addNumber(`/${root}/${joint.node}`, array(series.values), series.unit, {
+    addNumber(`/${root}/${joint.node}`, series.values, series.unit, {
       joint, kind: "number", root, moment: series.unit !== "N", unique: series.unique,
       least: 0.004 * whole[series.unit],
     });
@@ -52,10 +50,10 @@ for (const row of loads) {
   addNumber(`/loads/${row.node}`, row.values, row.unit, { joint, kind: "load", unique: true, least: 0 });
 }
 function addNumber(path, values, unit, more) {
-  const arrow = nodes.get(path), greatest = Math.max(...extent(values).map(Math.abs));
-  if (!arrow || !greatest) return;
+  const arrow = nodes.get(path), most = greatest(values);
+  if (!arrow || !most) return;
   const color = arrow.children[0].material.userData.css;
-  addLabel({ node: arrow, color, values, told: toldUpTo(greatest, unit, 3), ...more });
+  addLabel({ node: arrow, color, values, told: toldUpTo(most, unit, 3), ...more });
 }
 
 // Boxes of the window in which no label may be: buttons and scales.
@@ -81,11 +79,9 @@ const FAR = { name: 70, number: 30, load: 48 };
 
 function boxAt(anchor, width, candidate) {
   const x = anchor.x + candidate.x, y = anchor.y + candidate.y;
-  const left = candidate.sideX > 0 ? x : candidate.sideX < 0 ? x - width : x - width / 2;
-  const top = candidate.sideY > 0 ? y : candidate.sideY < 0 ? y - LABEL_HEIGHT
-    : y - LABEL_HEIGHT / 2;
-  return [Math.round(left), Math.round(top), Math.round(left) + width,
-    Math.round(top) + LABEL_HEIGHT];
+  const left = Math.round(x + (candidate.sideX - 1) / 2 * width);
+  const top = Math.round(y + (candidate.sideY - 1) / 2 * LABEL_HEIGHT);
+  return [left, top, left + width, top + LABEL_HEIGHT];
 }
 
 function meets(first, second) {
@@ -133,11 +129,10 @@ function layoutLabels() {
   if (!obstacles) measureObstacles();
   const taken = obstacles.slice(), narrow = size.width < 600;
   for (const label of labels) {
+    label.box = null;
     if (label.kind !== "name") label.now = valueAt(label.values, place);
   }
-  const order = labels.filter(isWanted).sort((a, b) => rank(b) - rank(a));
-  const placed = new Set();
-  for (const label of order) {
+  for (const label of labels.filter(isWanted).sort((a, b) => rank(b) - rank(a))) {
     const anchor = anchorOf(label);
     if (!anchor.ahead || anchor.x < 0 || anchor.y < 0 || anchor.x > size.width
       || anchor.y > size.height) continue;
@@ -158,15 +153,11 @@ function layoutLabels() {
     }
     if (!box) continue;
     taken.push(box);
-    placed.add(label);
     show(label, text, width, box, anchor);
   }
-  for (const label of labels) {
-    if (label.box && !placed.has(label)) {
-      label.element.hidden = true;
-      label.line.style.display = "none";
-      label.box = null;
-    }
+  for (const { box, element, line } of labels) {
+    element.hidden = !box;
+    if (!box) line.style.display = "none";
   }
 }
 
@@ -174,10 +165,9 @@ function show(label, text, width, box, anchor) {
   const { element, line } = label;
   if (label.written !== text) element.textContent = label.written = text;
   if (label.wide !== width) element.style.width = `${label.wide = width}px`;
-  const chosen = Boolean(label.joint && choice.joint === label.joint && label.kind === "name");
-  if (label.marked !== chosen) element.classList.toggle("chosen", label.marked = chosen);
+  const chosen = label.joint && choice.joint === label.joint && label.kind === "name";
+  element.classList.toggle("chosen", Boolean(chosen));
   element.style.transform = `translate(${box[0]}px, ${box[1]}px)`;
-  if (!label.box) element.hidden = false;
   label.box = box;
   const x = Math.min(Math.max(anchor.x, box[0]), box[2]);
   const y = Math.min(Math.max(anchor.y, box[1]), box[3]);

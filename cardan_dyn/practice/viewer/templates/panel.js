@@ -14,7 +14,7 @@ const stateRows = told.state.map((row) => {
   // Of many drives the first ones are told at once, and the others if someone asks.
   if (row.kind !== "speed") late = row.kind === "drive" && ++drivesTold > MOST_DRIVES;
   byId(late ? "more-state" : "state").append(make("dt", {}, word), text);
-  const upTo = toldUpTo(Math.max(...extent(values).map(Math.abs)), row.unit, 3);
+  const upTo = toldUpTo(greatest(values), row.unit, 3);
   const name = row.kind === "speed" ? "" : row.name, moves = values.length > 1;
   const full = moves ? upTo.full : (value) => (
     row.kind === "held" && !value ? "at its zero" : measured(value, row.unit));
@@ -315,8 +315,8 @@ function start() {
   }
   if (!told.joints.length) byId("list").closest("section").hidden = byId("chosen").hidden = true;
   tellState(true);
-  const load = ({ series }) => Math.max(...series.map(({ values, unit }) => (
-    Math.max(...extent(array(values)).map(Math.abs)) / (unit === "N" ? 1 : radius))));
+  const load = ({ series }) => Math.max(
+    ...series.map(({ greatest, unit }) => greatest / (unit === "N" ? 1 : radius)));
   const [joint = null] = told.joints.filter(({ series }) => series.length)
     .sort((one, other) => load(other) - load(one));
   select({ joint });
