@@ -199,18 +199,15 @@ class Drawing:
     def packed(self, arrays: Arrays) -> dict[str, Any]:
         """Return nodes, objects and labels as the page reads them, their arrays in `arrays`."""
         shapes: dict[tuple[Place, Place], int] = {}
-        objects = []
+        objects: list[dict[str, Any]] = []
         for item in self.objects:
             (vertices, faces), color = item.surface, item.color
             # Sixteen bits tell so many vertices apart.
             kind = "u2" if len(vertices) < 1 << 16 else "u4"
             shape = arrays.add(vertices), arrays.add(faces, kind)
             index = shapes.setdefault(shape, len(shapes))
-            entry: dict[str, Any] = {"path": item.path, "shape": index, "color": color.css}
-            if color.opacity < 1.0:
-                entry["opacity"] = round(color.opacity, 3)
-            if color.on_top:
-                entry["layer"] = 1 + color.layer
+            entry = {"path": item.path, "shape": index, "color": color.css}
+            entry |= {"opacity": color.opacity, "layer": color.layer}
             if item.placement is not None:
                 # Column by column, as three.js has it.
                 entry["placement"] = item.placement.T.ravel().tolist()
@@ -277,15 +274,14 @@ class Color:
 
     Attributes:
         red, green, blue, opacity: 0 to 1.
-        on_top: whether it is drawn over objects that are nearer to the camera.
-        layer: of objects on top, the one with the greater number covers the other.
+        layer: 0 among other objects in space; those of a greater one cover those of smaller ones,
+            even where these are nearer to the camera.
     """
 
     red: float
     green: float
     blue: float
     opacity: float = 1.0
-    on_top: bool = False
     layer: int = 0
 
     @property

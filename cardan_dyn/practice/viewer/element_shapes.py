@@ -26,14 +26,14 @@ from .places import Axis, Places
 from .still import Still
 
 SPRING = Color.of("#d17b00")
-BUSHING = Color.of("#8d6e63", opacity=0.8, on_top=True, layer=2)
-CONTACT = Color.of("#c2185b", opacity=0.8, on_top=True, layer=2)
-JOINT_SPRING = Color.of("#d17b00", opacity=0.9, on_top=True, layer=2)
-DAMPER = Color.of("#827717", opacity=0.75, on_top=True, layer=2)
-CYLINDER = Color.of("#8e24aa", opacity=0.75, on_top=True, layer=2)
-FRICTION = Color.of("#546e7a", opacity=0.9, on_top=True, layer=2)
-SHOES = Color.of("#263238", opacity=0.9, on_top=True, layer=3)
-ACTUATOR = Color.of("#e53935", on_top=True, layer=4)
+BUSHING = Color.of("#8d6e63", opacity=0.8, layer=2)
+CONTACT = Color.of("#c2185b", opacity=0.8, layer=2)
+JOINT_SPRING = Color.of("#d17b00", opacity=0.9, layer=2)
+DAMPER = Color.of("#827717", opacity=0.75, layer=2)
+CYLINDER = Color.of("#8e24aa", opacity=0.75, layer=2)
+FRICTION = Color.of("#546e7a", opacity=0.9, layer=2)
+SHOES = Color.of("#263238", opacity=0.9, layer=3)
+ACTUATOR = Color.of("#e53935", layer=4)
 
 # In radii of the scene, but for what is stretched, whose length is 1.
 ARC_RADIUS = 0.26

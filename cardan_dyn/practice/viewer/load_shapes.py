@@ -16,9 +16,9 @@ from .commands import Color, Drawing, node_name
 from .places import Places
 from .vectors import Vectors, greatest
 
-LOAD = Color.of("#b71c1c", on_top=True, layer=7)
-DRIVE = Color.of("#00695c", opacity=0.5, on_top=True, layer=2)
-GRAVITY = Color.of("#455a64", on_top=True, layer=2)
+LOAD = Color.of("#b71c1c", layer=7)
+DRIVE = Color.of("#00695c", opacity=0.5, layer=2)
+GRAVITY = Color.of("#455a64", layer=2)
 _ARC = 0.17
 """Radius of the arc of a turn that is driven and of the greatest moment, in radii of the scene."""
 _LEAST = 0.35

@@ -44,7 +44,7 @@ def picture(sweep: Sweep, sample: int = 0) -> Figure:
         alpha = np.full(len(corners), item.color.opacity)
         triangles.append(corners)
         colors.append(np.column_stack([light[:, None] * color, alpha]))
-        layers.append(np.full(len(corners), 1 + item.color.layer if item.color.on_top else 0))
+        layers.append(np.full(len(corners), item.color.layer))
     every = np.concatenate(triangles)
     # What is far first, so that what is near covers it.
     order = np.lexsort([every.mean(axis=1) @ eye, np.concatenate(layers)])

@@ -22,18 +22,18 @@ from .load_shapes import draw_drives, draw_gravity, draw_loads, without_loads
 from .still import Still
 from .vectors import Vectors, collect, greatest, legible
 
-AXIS = Color.of("#5f6b7a", opacity=0.75, on_top=True, layer=1)
-LOOP = Color.of("#0091b3", opacity=0.9, on_top=True, layer=2)
-PATH = Color.of("#283593", opacity=0.9, on_top=True, layer=1)
+AXIS = Color.of("#5f6b7a", opacity=0.75, layer=1)
+LOOP = Color.of("#0091b3", opacity=0.9, layer=2)
+PATH = Color.of("#283593", opacity=0.9, layer=1)
 _LABEL = Color.of("#333333")
 
 COLORS = {
-    "torsion": Color.of("#c2185b", on_top=True, layer=4),
-    "bending": Color.of("#1b7f3b", on_top=True, layer=5),
-    "moment": Color.of("#222222", on_top=True, layer=3),
-    "force": Color.of("#5e35b1", on_top=True, layer=6),
-    "axial": Color.of("#00838f", on_top=True, layer=5),
-    "shear": Color.of("#b35900", on_top=True, layer=6),
+    "torsion": Color.of("#c2185b", layer=4),
+    "bending": Color.of("#1b7f3b", layer=5),
+    "moment": Color.of("#222222", layer=3),
+    "force": Color.of("#5e35b1", layer=6),
+    "axial": Color.of("#00838f", layer=5),
+    "shear": Color.of("#b35900", layer=6),
 }
 """Colours of the parts of wrenches, as arrows and as curves."""
 MEANINGS = {

@@ -39,7 +39,7 @@ def packed(drawing: Drawing) -> tuple[dict[str, Any], Arrays]:
 def test_colors_in_all_notations() -> None:
     color = Color.of("#ff8000", opacity=0.5, layer=2)
     assert (color.red, color.green, color.blue) == pytest.approx((1.0, 128 / 255, 0.0))
-    assert (color.opacity, color.on_top, color.layer) == (0.5, False, 2)
+    assert (color.opacity, color.layer) == (0.5, 2)
     assert color.css == "#ff8000"
 
 
@@ -113,11 +113,11 @@ def test_objects_on_top_have_layers_and_placements_are_written_by_columns() -> N
     placement = np.eye(4)
     placement[:3, 3] = [1.0, 2.0, 3.0]
     drawing.add("/a", TRIANGLE, Color.of("#000000"))
-    top = Color.of("#000000", opacity=0.5, on_top=True, layer=3)
+    top = Color.of("#000000", opacity=0.5, layer=3)
     drawing.add("/b", TRIANGLE, top, placement)
     plain, above = packed(drawing)[0]["objects"]
-    assert plain == {"path": "/a", "shape": 0, "color": "#000000"}
-    assert above["layer"] == 4 and above["opacity"] == 0.5
+    assert plain == {"path": "/a", "shape": 0, "color": "#000000", "opacity": 1.0, "layer": 0}
+    assert above["layer"] == 3 and above["opacity"] == 0.5
     assert above["placement"][12:15] == [1.0, 2.0, 3.0]
 
 

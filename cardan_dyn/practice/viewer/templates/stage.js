@@ -26,17 +26,18 @@ function geometryOf([vertices, faces]) {
 }
 
 const materials = new Map();
-function materialOf(item) {
-  const key = [item.color, item.opacity, item.layer].join();
+function materialOf({ color, opacity, layer, path }) {
+  // Links have their own ones, as a chosen one glows.
+  const key = [color, opacity, layer, ...path.split("/", 3)].join();
   if (!materials.has(key)) {
-    const opacity = item.opacity === undefined ? 1 : item.opacity, onTop = item.layer > 0;
+    const onTop = layer > 0;
     const material = new THREE.MeshLambertMaterial({
       opacity, transparent: opacity < 1 || onTop, depthTest: !onTop,
       depthWrite: opacity === 1 && !onTop,
       // Triangles of meshes may be turned either way.
       side: opacity === 1 && !onTop ? THREE.DoubleSide : THREE.FrontSide,
     });
-    material.userData = { css: item.color, onTop };
+    material.userData = { css: color, onTop };
     materials.set(key, material);
   }
   return materials.get(key);
@@ -58,15 +59,11 @@ for (const item of data.scene.nodes) {
   const geometries = data.scene.shapes.map(geometryOf);
   for (const item of data.scene.objects) {
     const mesh = new THREE.Mesh(geometries[item.shape], materialOf(item));
-    mesh.renderOrder = item.layer || 0;
-    const at = node(item.path);
-    if (item.placement) {
-      mesh.applyMatrix4(new THREE.Matrix4().fromArray(item.placement));
-      mesh.updateMatrix();
-    }
+    mesh.renderOrder = item.layer;
     mesh.matrixAutoUpdate = false;
+    if (item.placement) mesh.matrix.fromArray(item.placement);
     mesh.userData.path = item.path;
-    at.add(mesh);
+    node(item.path).add(mesh);
     meshes.push(mesh);
   }
 }
@@ -235,20 +232,12 @@ function applyShown() {
 }
 
 // A chosen link glows.
-const glowing = new Map();
 function glow() {
-  for (const mesh of meshes) {
-    const path = mesh.userData.path.split("/");
-    const chosen = choice.link && path[1] === "mechanism" && path[2] === choice.link.body;
-    if (!mesh.userData.plain) mesh.userData.plain = mesh.material;
-    if (chosen && !glowing.has(mesh.userData.plain)) {
-      glowing.set(mesh.userData.plain, mesh.userData.plain.clone());
-    }
-    mesh.material = chosen ? glowing.get(mesh.userData.plain) : mesh.userData.plain;
-    if (chosen) {
-      mesh.material.color.copy(mesh.userData.plain.color);
-      mesh.material.emissive.set(theme === "dark" ? 0x2a5b9c : 0x4d86d6);
-    }
+  for (const { material, userData } of meshes) {
+    const [, root, body] = userData.path.split("/");
+    if (root !== "mechanism") continue;
+    const chosen = choice.link && choice.link.body === body;
+    material.emissive.set(!chosen ? 0 : theme === "dark" ? 0x2a5b9c : 0x4d86d6);
   }
 }
 
