@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
@@ -57,15 +58,20 @@ class Bodies:
 
     def __init__(self, sweep: Sweep | Still, samples: Array, visuals: bool) -> None:
         mechanism = sweep.mechanism
-        self._sweep, self._samples = sweep, samples
-        self._length = mechanism.characteristic_length
-        self._still: dict[int, bool] = {}
+        self._mechanism, self._samples = mechanism, samples
         self.loops = frozenset(loop.joint for loop in mechanism.loops)
-        self._joint_of_body = {
-            joint.id: name
-            for name, joint in mechanism.joints.items()
-            if joint.id and name not in self.loops
+        # Rotations and positions [m] of joints and bodies, as far as the sweep knows them.
+        self._frames: dict[str, tuple[Array, Array]] = {}
+        for name in mechanism.joints:
+            with suppress(ModelError):
+                self._frames[name] = sweep.rotation(name)[samples], sweep.origin(name)[samples]
+        self._placements = {
+            mechanism.joints[name].id: frame
+            for name, frame in self._frames.items()
+            if name not in self.loops
         }
+        self._placements[0] = np.eye(3)[None], np.zeros((1, 3))
+        self._standing = {body for body in self._placements if self._stands(body)}
         self._link_of_body: dict[int, str] = {}
         for name, (body, _) in mechanism.links.items():
             self._link_of_body.setdefault(body, name)
@@ -76,7 +82,7 @@ class Bodies:
         self._order = {body: index for index, body in enumerate(ordered)}
         self._attachments = attachments_of(mechanism)
         shapes, self.notes = shapes_of(mechanism) if visuals else ([], ())
-        self.shapes = [shape for shape in shapes if self._known(shape.body)]
+        self.shapes = [shape for shape in shapes if shape.body in self._placements]
 
     def points(self) -> Array:
         """Return the points `(n, 3)` between which the mechanism moves [m]; none if unknown."""
@@ -92,16 +98,11 @@ class Bodies:
 
     def normal(self) -> int | None:
         """Return across which axis, 0 to 2, joints lie in a plane; None where they do not."""
-        extents = np.ptp(np.concatenate(self._origins or [np.zeros((1, 3))]), axis=0)
+        origins = [origin for _, origin in self._frames.values()] or [np.zeros((1, 3))]
+        extents = np.ptp(np.concatenate(origins), axis=0)
         least, between, most = np.sort(extents)
         flat = least < 0.2 * between and between > STEADY * most
         return int(np.argmin(extents)) if flat else None
-
-    @cached_property
-    def _origins(self) -> list[Array]:
-        """Where each known joint is `(n, 3)` [m]."""
-        origins = (self._origin(name) for name in self._sweep.mechanism.joints)
-        return [points for points in origins if points is not None]
 
     @cached_property
     def _stated_points(self) -> Array:
@@ -109,13 +110,13 @@ class Bodies:
         centres = (
             self._swept(body, centre[None])
             for body in self._attachments
-            if body and body not in self._drawn and self._known(body)
+            if body and body not in self._drawn and body in self._placements
             if (centre := self._centre(body)) is not None
         )
         return np.concatenate(
             [
                 np.zeros((0, 3)),
-                *self._origins,
+                *(origin for _, origin in self._frames.values()),
                 *centres,
                 *(self._swept(shape.body, shape.corners()) for shape in self.shapes),
             ]
@@ -126,9 +127,13 @@ class Bodies:
         """What stands for the links without visuals, and for universal joints."""
         found: list[_Default] = []
         for body, items in self._attachments.items():
-            if body in self._drawn or body not in self._link_of_body or not self._known(body):
+            if (
+                body in self._drawn
+                or body not in self._link_of_body
+                or body not in self._placements
+            ):
                 continue
-            if self._stands(body):
+            if body in self._standing:
                 found += self._bearings(body, items)
             elif body not in self._sleeves:
                 parts = Body(items, self._centre(body), self._crosses, self._travel, self._rod)
@@ -145,7 +150,9 @@ class Bodies:
     def _rod(self) -> float:
         """Radius of rods [m]."""
         extent = float(np.linalg.norm(np.ptp(self._stated_points, axis=0)))
-        return rod_radius(self._attachments.values(), extent / 2.0 or self._length)
+        return rod_radius(
+            self._attachments.values(), extent / 2.0 or self._mechanism.characteristic_length
+        )
 
     @cached_property
     def _crosses(self) -> frozenset[int]:
@@ -162,7 +169,7 @@ class Bodies:
         return {
             body: item
             for body, items in self._attachments.items()
-            if body not in self._drawn and self._known(body) and self._centre(body) is None
+            if body not in self._drawn and body in self._placements and self._centre(body) is None
             if (item := sleeve_on(items, self._rod)) is not None
         }
 
@@ -174,7 +181,7 @@ class Bodies:
             for item in items:
                 if item.kind == "slide" and not item.is_child:
                     others, span = self._attachments[item.other], self._span(item, body)
-                    free = not (self._stands(body) or self._stands(item.other))
+                    free = not (body in self._standing or item.other in self._standing)
                     way = travel_of(item, items, others, span, self._rod)
                     found[item.joint] = way._replace(is_free=free)
         return found
@@ -191,17 +198,19 @@ class Bodies:
         """
         for body, items in self._attachments.items():
             for item in items:
-                known = self._known(body) and self._known(item.other)
+                known = body in self._placements and item.other in self._placements
                 if (
                     item.kind == "cross"
                     and item.is_child
                     and known
                     and {body, item.other} & made_up
                 ):
-                    turn, place = self._placement(body)
+                    turn, place = self._placements[body]
                     own = np.broadcast_to(turn @ item.axis, (len(self._samples), 3))
                     other = self._other_end(item)
-                    across = np.broadcast_to(self._placement(item.other)[0] @ other.axis, own.shape)
+                    across = np.broadcast_to(
+                        self._placements[item.other][0] @ other.axis, own.shape
+                    )
                     axes = np.stack([across, own, np.cross(across, own)], axis=2)
                     pose = Pose.of(place + turn @ item.point, forms.quaternions(axes))
                     parts = cross([*np.eye(3)[:2]], np.zeros(3), self._rod)
@@ -216,28 +225,27 @@ class Bodies:
 
         Of sleeves in which shafts turn, they are housings.
         """
-        turn = self._placement(body)[0][0].T
+        turn = self._placements[body][0][0].T
         down = turn @ downwards(self._attachments.get(0, ()))
         for item in items:
             shaft, along, travel = self._sleeves.get(item.other), 0.0, Travel()
             if body in self._sleeves:
                 continue
             if shaft is not None:
-                way = turn @ self._placement(item.other)[0][0] @ shaft.axis
+                way = turn @ self._placements[item.other][0][0] @ shaft.axis
                 item = item._replace(kind="turn", axis=way)
-            elif self._stands(item.other) or not self._known(item.other):
+            elif item.other in self._standing or item.other not in self._placements:
                 continue
             else:
-                way = turn @ self._placement(item.other)[0][0] @ self._leaving(item)
+                way = turn @ self._placements[item.other][0][0] @ self._leaving(item)
                 travel = self._travel.get(item.joint, travel)
-                mechanism = self._sweep.mechanism
-                along = beside(mechanism, mechanism.joints[item.joint], np.inf)
+                along = beside(self._mechanism, self._mechanism.joints[item.joint], np.inf)
             parts = bearing(item, down, way, along, self._crosses, travel, self._rod)
             yield _Default(f"/bearings/{node_name(item.joint)}", body, parts)
 
     def _centre(self, body: int) -> Array | None:
         """Return the centre of a body's mass `(3,)` in it [m]; None where it has none."""
-        inertia = self._sweep.mechanism.model.inertias[body]
+        inertia = self._mechanism.model.inertias[body]
         return inertia.lever if inertia.mass > 0.0 else None
 
     def _leaving(self, item: Attachment) -> Array:
@@ -253,10 +261,9 @@ class Bodies:
 
     def _span(self, item: Attachment, body: int) -> tuple[float, float]:
         """Return the least and the greatest coordinate of a slide over the shown samples [m]."""
-        origin = self._origin(item.joint)
-        if origin is None or not self._known(body):
+        if item.joint not in self._frames or body not in self._placements:
             return 0.0, 0.0
-        rotation, position = self._placement(body)
+        (_, origin), (rotation, position) = self._frames[item.joint], self._placements[body]
         start, axis = position + rotation @ item.point, rotation @ item.axis
         way = np.sum((origin - start) * axis, axis=1)
         return float(np.min(way)), float(np.max(way))
@@ -267,21 +274,15 @@ class Bodies:
             item.joint
             for body, items in self._attachments.items()
             for item in items
-            if self._stands(body) and not self._stands(item.other)
+            if body in self._standing and item.other not in self._standing
         )
 
     def _stands(self, body: int) -> bool:
         """Return whether a body does not move; of one sample alone, whether it is the ground."""
-        if body not in self._still:
-            self._still[body] = self._has_stood(body)
-        return self._still[body]
-
-    def _has_stood(self, body: int) -> bool:
-        if body == 0 or len(self._samples) == 1 or not self._known(body):
-            return body == 0
-        rotation, position = self._placement(body)
-        moves = np.ptp(rotation, axis=0).max() > STEADY
-        return not (moves or np.ptp(position, axis=0).max() > STEADY * self._length)
+        rotation, position = self._placements[body]
+        turns = np.max(np.ptp(rotation, axis=0)) > STEADY
+        shifts = np.max(np.ptp(position, axis=0)) > STEADY * self._mechanism.characteristic_length
+        return body == 0 or (len(self._samples) > 1 and not (turns or shifts))
 
     def draw(self, drawing: Drawing) -> None:
         """Draw the shapes of the links, default ones for those that have none."""
@@ -301,36 +302,16 @@ class Bodies:
                 if surfaces:
                     drawing.add(f"{item.path}/{name}", forms.joined(*surfaces), shade)
 
-    def _known(self, body: int) -> bool:
-        """Return whether the sweep knows how a body moves."""
-        return body == 0 or (
-            body in self._joint_of_body and self._origin(self._joint_of_body[body]) is not None
-        )
-
-    def _origin(self, joint: str) -> Array | None:
-        """Return where a joint is `(n, 3)` [m]; None if the sweep leaves it out."""
-        try:
-            return self._sweep.origin(joint)[self._samples]
-        except ModelError:
-            return None
-
-    def _placement(self, body: int) -> tuple[Array, Array]:
-        """Return rotations and positions [m] of a known body, one each for the fixed base."""
-        if body == 0:
-            return np.eye(3)[None], np.zeros((1, 3))
-        joint, samples = self._joint_of_body[body], self._samples
-        return self._sweep.rotation(joint)[samples], self._sweep.origin(joint)[samples]
-
     def _pose(self, body: int) -> Pose:
-        rotation, position = self._placement(body)
-        if self._stands(body):
+        rotation, position = self._placements[body]
+        if body in self._standing:
             rotation, position = rotation[:1], position[:1]
         return Pose.of(position, forms.quaternions(rotation))
 
     def _swept(self, body: int, points: Array) -> Array:
         """Return the points `(n, 3)` through which points `(k, 3)` of a body move [m]."""
         # They only decide how much the camera has to see: every eighth sample is enough.
-        rotation, position = (array[::8] for array in self._placement(body))
+        rotation, position = (array[::8] for array in self._placements[body])
         turned = np.einsum("nij,kj->nki", rotation, points)
         return np.asarray((turned + position[:, None]).reshape(-1, 3))
 
@@ -352,7 +333,7 @@ class Bodies:
 
     def _color(self, body: int) -> Color:
         """Return the colour of a body of which nothing states one."""
-        return GROUND if self._stands(body) else PALETTE[self._order[body] % len(PALETTE)]
+        return GROUND if body in self._standing else PALETTE[self._order[body] % len(PALETTE)]
 
 
 class _Default(NamedTuple):
