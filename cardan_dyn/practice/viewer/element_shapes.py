@@ -12,18 +12,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...core.elements.bushing import Bushing
+from ...core.elements.element import Element
 from ...core.elements.element_forces import labels
 from ...core.elements.joint_elements import Actuator, JointElement, JointFriction, JointSpring
 from ...core.elements.pin_contact import PinContact
 from ...core.elements.point_actuator import PointActuator
 from ...core.elements.point_spring import PointSpring
-from ...core.results.sweep import Sweep
 from ...kit.arrays import Array
 from ...kit.quantities import amount
 from . import shapes as forms
 from .commands import Color, Drawing, Pose, node_name
 from .places import Axis, Places
-from .still import Still
 
 SPRING = Color.of("#d17b00")
 BUSHING = Color.of("#8d6e63", opacity=0.8, layer=2)
@@ -54,25 +53,20 @@ _BRAKE_SHOES = forms.brake_shoes(0.12)
 _PADS = forms.pads(0.05)
 
 
-def draw_elements(drawing: Drawing, sweep: Sweep | Still, samples: Array) -> None:
-    """Draw the force elements of a sweep or a still.
+def draw_elements(drawing: Drawing, elements: Sequence[Element], places: Places) -> None:
+    """Draw force elements.
 
     Args:
         drawing: what they are drawn on.
-        sweep: over one dimension.
-        samples: `(n,)` indices of the samples that are shown.
+        elements: all of a sweep or a still.
+        places: of the latter.
 
     Raises:
         ArgumentError: an actuator's function fails.
     """
-    joints = [name for item in sweep.elements for name in item.joints]
-    links = [name for item in sweep.elements for name in item.links]
-    places = Places(sweep, samples, drawing.size, joints, links)
     taken: Counter[str] = Counter()
     efforts: list[tuple[str, Array, Axis]] = []
-    for index, (element, label) in enumerate(
-        zip(sweep.elements, labels(sweep.elements), strict=True)
-    ):
+    for index, (element, label) in enumerate(zip(elements, labels(elements), strict=True)):
         path = f"/elements/{node_name(element.name or str(index))}"
         if isinstance(element, (PointSpring, PointActuator)):
             start = places.point(element.link_a, element.point_a)

@@ -25,7 +25,7 @@ _LEAST = 0.35
 """Least size of an arc or arrow, as a fraction of the greatest, so that its sense is seen."""
 
 
-def draw_loads(drawing: Drawing, sweep: Sweep, samples: Array) -> None:
+def draw_loads(drawing: Drawing, sweep: Sweep, places: Places) -> None:
     """Draw the loads of a sweep; forces end where they act, moments go about their axes.
 
     The nodes are `/loads/NAME force` and `/loads/NAME moment`. Forces have a scale of their own,
@@ -34,10 +34,10 @@ def draw_loads(drawing: Drawing, sweep: Sweep, samples: Array) -> None:
     Args:
         drawing: what they are drawn on.
         sweep: over one dimension.
-        samples: `(n,)` indices of the samples that are shown.
+        places: of the sweep.
     """
     radius = drawing.size
-    acting, means = _acting(sweep, samples, radius), "load, not to the scale of the others"
+    acting, means = _acting(sweep, places), "load, not to the scale of the others"
     for kind in ("force", "moment"):
         drawn = [(name, at, vector) for name, what, at, vector in acting if what == kind]
         most = max((greatest(vector) for _, _, vector in drawn), default=0.0)
@@ -53,13 +53,11 @@ def draw_loads(drawing: Drawing, sweep: Sweep, samples: Array) -> None:
                 drawing.arrow(path, at, _ARC * shown, LOAD, means, forms.arc_arrow())
 
 
-def without_loads(
-    vectors: list[Vectors], sweep: Sweep, samples: Array, radius: float
-) -> list[Vectors]:
+def without_loads(vectors: list[Vectors], sweep: Sweep, places: Places) -> list[Vectors]:
     """Return vectors without the parts that are nothing but a load, which is drawn as such."""
     loads = {
         (sweep.mechanism.drivable[name].joint, PARTS[kind][0]): acting
-        for name, kind, _, acting in _acting(sweep, samples, radius)
+        for name, kind, _, acting in _acting(sweep, places)
         if not isinstance(sweep.loads[name], Wrench)
     }
 
@@ -80,13 +78,12 @@ def without_loads(
     ]
 
 
-def draw_drives(drawing: Drawing, sweep: Sweep, samples: Array, drives: Sequence[str]) -> None:
+def draw_drives(drawing: Drawing, places: Places, drives: Sequence[str]) -> None:
     """Draw the sense in which some drives grow: an arc about its axis, or an arrow along it.
 
     The nodes are `/drive/NAME`. Arcs keep clear of each other, as far as their sense is still seen.
     """
     radius, means = drawing.size, "drive: sense in which it grows"
-    places = Places(sweep, samples, radius, drives)
     known = {name: axis for name in drives if (axis := places.axis(name)) is not None}
     for name, axis in known.items():
         path, at = f"/drive/{node_name(name)}", axis.origin
@@ -116,27 +113,24 @@ def draw_gravity(drawing: Drawing, gravity: Array, points: Array) -> None:
     drawing.arrow("/loads/gravity", tail[None], shown[None], GRAVITY, "gravity: its direction")
 
 
-def _acting(sweep: Sweep, samples: Array, radius: float) -> list[tuple[str, str, Array, Array]]:
+def _acting(sweep: Sweep, places: Places) -> list[tuple[str, str, Array, Array]]:
     """Return name, kind, place `(n, 3)` [m] and vector `(n, 3)` of loads in world axes.
 
     None of a load on something whose motion the sweep leaves out.
     """
-    links = [name for name, load in sweep.loads.items() if isinstance(load, Wrench)]
-    joints = [name for name in sweep.loads if name not in links]
-    places = Places(sweep, samples, radius, joints, links)
     found = []
     for name, load in sweep.loads.items():
         if isinstance(load, Wrench):
             at = places.point(name, np.asarray(load.point))
             for kind, values in (("force", load.force), ("moment", load.moment)):
-                vector = _of_samples(np.asarray(values), samples, trailing=1)
+                vector = _of_samples(np.asarray(values), places.samples, trailing=1)
                 if load.frame != "world":
-                    vector = np.einsum("...ij,...j->...i", places.rotation(name), vector)
+                    vector = np.einsum("...ij,...j->...i", places.link(name).rotation, vector)
                 if np.all(np.isfinite(at)):
                     found.append((name, kind, at, np.broadcast_to(vector, at.shape)))
         elif axis := places.axis(name):
             kind = "force" if axis.slides else "moment"
-            size = _of_samples(load, samples)[..., None]
+            size = _of_samples(load, places.samples)[..., None]
             found.append((name, kind, axis.origin, size * axis.direction))
     return found
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -23,51 +22,42 @@ class Places:
         sweep: over one dimension.
         samples: `(n,)` indices of the samples that are shown.
         radius: of the scene [m].
-        coordinates: names of those that are asked for.
-        links: likewise.
     """
 
-    def __init__(
-        self,
-        sweep: Sweep | Still,
-        samples: Array,
-        radius: float,
-        coordinates: Iterable[str],
-        links: Iterable[str] = (),
-    ) -> None:
-        self._mechanism, self._radius = sweep.mechanism, radius
+    def __init__(self, sweep: Sweep | Still, samples: Array, radius: float) -> None:
+        self._mechanism, self.samples, self._radius = sweep.mechanism, samples, radius
         self._rows = sweep.motion.rows[samples]
         self._rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)[samples]
         self._time = np.broadcast_to(sweep.time, sweep.motion.shape).reshape(-1)[samples]
         every = self._mechanism.coordinates
-        parts = dict(zip(every.starts, every.parts, strict=True))
-        self._parts = {name: parts[every.named[name].column] for name in coordinates}
-        bodies = {part.id for part in self._parts.values()}
-        motions = LinkMotions(self._mechanism, set(links), bodies)
-        self._corner = motions.corner
-        self._links = motions.at(self._rows, self._rates)
-        self._bodies = motions.bodies_at(self._rows, self._rates)
+        self._parts = dict(zip(every.starts, every.parts, strict=True))
+        motions = LinkMotions(self._mechanism, (), (part.id for part in every.parts))
+        self._bodies = {
+            body: moved._replace(position=moved.position + motions.corner)
+            for body, moved in motions.bodies_at(self._rows, self._rates).items()
+        }
 
     def point(self, link: str, place: Array) -> Array:
         """Return where a point `(3,)` of a link is, `(n, 3)` [m]."""
-        at = self.rotation(link) @ place + self._links[link].position + self._corner
-        return np.broadcast_to(at, (len(self._rows), 3))
+        moved = self.link(link)
+        return np.broadcast_to(moved.rotation @ place + moved.position, (len(self._rows), 3))
 
-    def rotation(self, link: str) -> Array:
-        """Return the rotations `(n, 3, 3)` or `(3, 3)` of a link."""
-        return self._links[link].rotation
+    def link(self, name: str) -> LinkMotion:
+        """Return the motion of a link's frame, in the world."""
+        body, frame = self._mechanism.link_frames[name]
+        return self._bodies[body].placed(frame.homogeneous)
 
     def axis(self, name: str) -> Axis | None:
         """Return the axis of a coordinate; None where its motion was not solved."""
-        item, part = self._mechanism.coordinates.named[name], self._parts[name]
+        item = self._mechanism.coordinates.named[name]
+        part = self._parts[item.column]
         moved = self._bodies[part.id]
         if not (np.all(np.isfinite(moved.position)) and np.all(np.isfinite(moved.rotation))):
             return None
         joint = self._mechanism.joints[self._mechanism.drivable[name].joint]
-        at = moved.position + self._corner
         return Axis(
             part=part,
-            child=LinkMotion(moved.rotation, at, moved.velocity, moved.spin),
+            child=moved,
             x=self._rows[:, item.column],
             v=self._rates[:, item.rate],
             time=self._time,

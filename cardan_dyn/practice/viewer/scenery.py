@@ -19,6 +19,7 @@ from . import shapes as forms
 from .bodies import Bodies
 from .commands import Color, Drawing, Pose, node_name
 from .load_shapes import draw_drives, draw_gravity, draw_loads, without_loads
+from .places import Places
 from .still import Still
 from .vectors import Vectors, collect, greatest, legible
 
@@ -149,8 +150,9 @@ def build(
     on_ground, joint_of = bodies.on_ground(), sweep.mechanism.joints
     vectors = collect(sweep, joints, samples, radius)
     loaded = sweep if parts.loads and isinstance(sweep, Sweep) else None
+    places = Places(sweep, samples, radius)
     if loaded:
-        vectors = without_loads(vectors, loaded, samples, radius)
+        vectors = without_loads(vectors, loaded, places)
     if parts.axes:
         builder.draw_axes(vectors, joint_of)
     if parts.moments or parts.traces:
@@ -169,12 +171,10 @@ def build(
     if parts.elements and sweep.elements:
         from .element_shapes import draw_elements  # Most scenes have none.
 
-        draw_elements(drawing, sweep, samples)
+        draw_elements(drawing, sweep.elements, places)
     if loaded:
-        draw_loads(drawing, loaded, samples)
-        draw_drives(
-            drawing, loaded, samples, [name for name in loaded.drives if name not in swings]
-        )
+        draw_loads(drawing, loaded, places)
+        draw_drives(drawing, places, [name for name in loaded.drives if name not in swings])
         if loaded.gravity.ndim == 1 and np.any(loaded.gravity):
             draw_gravity(drawing, loaded.gravity, points)
     drivable, driven = sweep.mechanism.drivable, set[str]()

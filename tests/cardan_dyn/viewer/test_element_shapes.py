@@ -12,6 +12,7 @@ from testkit.drawn import placed
 import cardan_dyn as cd
 from cardan_dyn.practice.viewer.commands import Drawing
 from cardan_dyn.practice.viewer.element_shapes import ARC_RADIUS, draw_elements
+from cardan_dyn.practice.viewer.places import Places
 
 ELEMENTS = [
     cd.PointSpring("crank", (0.1, 0.0, 0.0), "base", (0.1, 0.2, 0.0), 500.0, name="coil"),
@@ -35,7 +36,7 @@ def turn() -> cd.Sweep:
 @pytest.fixture(scope="module")
 def drawing(turn: cd.Sweep) -> Drawing:
     drawing = Drawing(1.0)
-    draw_elements(drawing, turn, SAMPLES)
+    draw_elements(drawing, turn.elements, Places(turn, SAMPLES, 1.0))
     return drawing
 
 
@@ -53,7 +54,7 @@ def test_a_spring_starts_at_its_first_point_and_is_as_long_as_it_is(
 
 def test_every_element_is_drawn_and_named_in_the_legend(turn: cd.Sweep) -> None:
     drawing = Drawing(1.0)
-    draw_elements(drawing, turn, SAMPLES)
+    draw_elements(drawing, turn.elements, Places(turn, SAMPLES, 1.0))
     paths = {path.split("/")[2] for path in drawing.nodes}
     assert paths == {"coil", "1", "2", "3", "brake", "motor", "other motor"}
     assert [item.text for item in drawing.legend] == [
@@ -68,7 +69,7 @@ def test_thrusts_are_springs_dampers_or_cylinders() -> None:
     elements = [cd.PointActuator(*ends, thrust, of=of) for thrust, of in laws]
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", elements=elements)
     drawing = Drawing(1.0)
-    draw_elements(drawing, scene.sweep([0.0, 0.5]), np.arange(2))
+    draw_elements(drawing, elements, Places(scene.sweep([0.0, 0.5]), np.arange(2), 1.0))
     assert [item.text for item in drawing.legend] == ["spring", "damper", "thrust of an actuator"]
 
 
@@ -101,7 +102,7 @@ def test_an_axis_of_a_joint_with_several_coordinates_is_the_one_that_turns() -> 
     elements = [cd.JointSpring("u.turn_1", 1.0), cd.JointSpring("u.turn_2", 1.0)]
     scene = cd.Scene(cd.load(text), drive=["u.turn_1", "u.turn_2"], elements=elements)
     drawing = Drawing(1.0)
-    draw_elements(drawing, scene.sweep([[0.4, 0.3]]), np.arange(1))
+    draw_elements(drawing, elements, Places(scene.sweep([[0.4, 0.3]]), np.arange(1), 1.0))
     for path, expected in (("0", [1.0, 0.0, 0.0]), ("1", [0.0, np.cos(0.4), np.sin(0.4)])):
         x, y, z, w = placed(drawing, f"/elements/{path}/spiral")["quaternion"]
         axis = np.array([2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)])

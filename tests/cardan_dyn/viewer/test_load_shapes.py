@@ -12,13 +12,14 @@ from testkit.drawn import placed
 import cardan_dyn as cd
 from cardan_dyn.practice.viewer.commands import Drawing
 from cardan_dyn.practice.viewer.load_shapes import draw_drives, draw_gravity, draw_loads
+from cardan_dyn.practice.viewer.places import Places
 
 SAMPLES = np.arange(5)
 
 
 def drawn(sweep: cd.Sweep) -> Drawing:
     drawing = Drawing(1.0)
-    draw_loads(drawing, sweep, SAMPLES)
+    draw_loads(drawing, sweep, Places(sweep, SAMPLES, 1.0))
     assert bool(drawing.seen) == bool(drawing.objects)
     return drawing
 
@@ -91,7 +92,7 @@ def test_the_arcs_of_drives_close_to_each_other_are_smaller() -> None:
     robot = cd.load(f'<robot name="robot"><link name="l0"/>{joints}</robot>')
     turn = cd.Scene(robot, drive=["j1", "j2", "j3"]).sweep(np.zeros((3, 3)))
     drawing = Drawing(1.0)
-    draw_drives(drawing, turn, np.arange(3), turn.drives)
+    draw_drives(drawing, Places(turn, np.arange(3), drawing.size), turn.drives)
     alone, one, other = (float(drawing.nodes[f"/drive/j{n}"].scale[0]) for n in (1, 2, 3))
     assert one == other == pytest.approx(0.075)
     assert alone > 2.0 * one
