@@ -192,9 +192,12 @@ class View:
 
         A server on 127.0.0.1 starts when this is first read, and ends with the process.
         """
+        return self._started().url
+
+    def _started(self) -> Server:
         if self._server is None:
             self._server = Server(self.html)
-        return self._server.url
+        return self._server
 
     def open(self, timeout: float = 10.0) -> bool:
         """Show the page in a browser, if there is one with a display.
@@ -209,10 +212,9 @@ class View:
         if not _has_display():
             return False
         try:
-            started = webbrowser.open(self.url, new=2)
+            return webbrowser.open(self.url, new=2) and self._started().wait(timeout)
         except webbrowser.Error:
             return False
-        return started and self._server is not None and self._server.wait(timeout)
 
     def export(self, path: str | os.PathLike[str]) -> Path:
         """Write the page and return its path.
@@ -227,8 +229,7 @@ class View:
 
     def serve(self) -> None:
         """Serve the page until `close` is called or the process is interrupted."""
-        if self.url and self._server is not None:
-            self._server.join()
+        self._started().join()
 
     def close(self) -> None:
         """End the server, if there is one."""
