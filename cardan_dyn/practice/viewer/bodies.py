@@ -18,7 +18,7 @@ from .commands import STEADY, Color, Drawing, Pose, node_name
 from .default_shapes import (
     Attachment,
     Body,
-    Parts,
+    Pieces,
     Travel,
     attachments_of,
     bearing,
@@ -348,7 +348,7 @@ class _Default(NamedTuple):
 
     path: str
     body: int
-    parts: Parts
+    parts: Pieces
     pose: Pose | None = None
 
 

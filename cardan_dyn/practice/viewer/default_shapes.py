@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio
 
-from ...core.mechanism.joints import Joint
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import Array
 from . import shapes as forms
@@ -94,30 +94,23 @@ def attachments_of(mechanism: Mechanism) -> dict[int, list[Attachment]]:
     loops = {loop.joint: loop for loop in mechanism.loops}
     found: dict[int, list[Attachment]] = {0: []}
     for name, joint in mechanism.joints.items():
-        kind = _KINDS.get(joint.type, "other")
-        first, last = _axes(joint)
+        kind, axes = _KINDS.get(joint.type, "other"), (joint.axis, joint.axis)
+        if joint.type == "universal":
+            axes = joint.parts[0].axis, joint.parts[-1].axis
         if joint.parts:
             parent = int(mechanism.model.parents[joint.parts[0].id])
             frame = mechanism.model.jointPlacements[joint.parts[0].id]
         else:
             parent, frame = loops[name].predecessor, loops[name].predecessor_placement
-        child, end = joint.id, None
+        child, end = joint.id, pinocchio.SE3.Identity()
         if name in loops:
             child, end = loops[name].successor, loops[name].successor_placement
-        turn = np.eye(3) if end is None else end.rotation
-        place = np.zeros(3) if end is None else end.translation
-        found.setdefault(parent, []).append(
-            Attachment(name, kind, frame.translation, frame.rotation @ first, False, child)
-        )
-        found.setdefault(child, []).append(Attachment(name, kind, place, turn @ last, True, parent))
+        ends = ((parent, child, frame, False), (child, parent, end, True))
+        for (body, other, placement, is_child), axis in zip(ends, axes, strict=True):
+            point, turned = placement.translation, placement.rotation @ axis
+            item = Attachment(name, kind, point, turned, is_child, other)
+            found.setdefault(body, []).append(item)
     return found
-
-
-def _axes(joint: Joint) -> tuple[Array, Array]:
-    """Return the axis of a joint as its parent and as its child has it, each in the joint frame."""
-    if joint.type == "universal":
-        return joint.parts[0].axis, joint.parts[-1].axis
-    return joint.axis, joint.axis
 
 
 def rod_radius(attachments: Iterable[Sequence[Attachment]], radius: float) -> float:
@@ -137,7 +130,7 @@ def rod_radius(attachments: Iterable[Sequence[Attachment]], radius: float) -> fl
 
 
 @dataclass(frozen=True, eq=False)
-class Parts:
+class Pieces:
     """What is drawn of a body: in its frame, or about z in radii of a rod.
 
     Attributes:
@@ -148,17 +141,17 @@ class Parts:
     link: tuple[Surface, ...] = ()
     pins: tuple[Surface, ...] = ()
 
-    def __add__(self, other: Parts) -> Parts:
-        return Parts((*self.link, *other.link), (*self.pins, *other.pins))
+    def __add__(self, other: Pieces) -> Pieces:
+        return Pieces((*self.link, *other.link), (*self.pins, *other.pins))
 
-    def at(self, point: Array, axis: Array, x: Array | None = None, rod: float = 1.0) -> Parts:
+    def at(self, point: Array, axis: Array, x: Array | None = None, rod: float = 1.0) -> Pieces:
         """Return them at a point with z along an axis, see `shapes.upright`, in other units."""
         turn = forms.upright(axis, x)
         link, pins = (
             tuple(forms.moved(surface, turn, point, rod) for surface in surfaces)
             for surfaces in (self.link, self.pins)
         )
-        return Parts(link, pins)
+        return Pieces(link, pins)
 
 
 def _cheek(top: float, reach: float, foot: float) -> Array:
@@ -173,40 +166,40 @@ def _cheeks(outline: Array, low: float, high: float) -> tuple[Surface, Surface]:
     return forms.prism(outline, low, high), forms.prism(outline, -high, -low)
 
 
-def _fork(low: float, high: float, reach: float, pins: tuple[Surface, ...] = ()) -> Parts:
+def _fork(low: float, high: float, reach: float, pins: tuple[Surface, ...] = ()) -> Pieces:
     """Return two cheeks about z and the bridge between them at their ends along x."""
     bridge = forms.prism(forms.rectangle(reach - 0.6, reach, 1.6), -low, low)
-    return Parts((*_cheeks(_cheek(1.6, reach, 1.6), low, high), bridge), pins)
+    return Pieces((*_cheeks(_cheek(1.6, reach, 1.6), low, high), bridge), pins)
 
 
-def _along_x(radius: float, low: float, high: float) -> Parts:
-    return Parts((forms.rod(radius, low, high),)).at(np.zeros(3), _X)
+def _along_x(radius: float, low: float, high: float) -> Pieces:
+    return Pieces((forms.rod(radius, low, high),)).at(np.zeros(3), _X)
 
 
-def _foot() -> Parts:
+def _foot() -> Pieces:
     """Return a slab at some distance along x, hatched behind it."""
     hatch = np.array([[0.5, 0.36], [1.8, -0.94], [1.8, -1.3], [0.5, 0.0]])
     rows = (hatch + np.array([_FOOT_AT, 1.2 * index - 2.46]) for index in range(6))
     outlines = (forms.rectangle(_FOOT_AT, _FOOT_AT + 0.5, 3.6), *rows)
-    return Parts(tuple(forms.prism(outline, -2.7, 2.7) for outline in outlines))
+    return Pieces(tuple(forms.prism(outline, -2.7, 2.7) for outline in outlines))
 
 
 # Fittings about the axis of a joint, in radii of a rod, which leads along x.
-_EYE = Parts((forms.rod(1.9, -1.15, 1.15),))
-_SLEEVE = Parts((forms.ring(1.05, 1.9, -1.15, 1.15),))
-_PIN = Parts((), (forms.rod(0.75, -2.2, 2.2),))
+_EYE = Pieces((forms.rod(1.9, -1.15, 1.15),))
+_SLEEVE = Pieces((forms.ring(1.05, 1.9, -1.15, 1.15),))
+_PIN = Pieces((), (forms.rod(0.75, -2.2, 2.2),))
 _FORK_REACH, _YOKE_REACH, _SOCKET_REACH = 3.4, 4.6, 2.4
 """Where rods begin at them."""
 _FORK = _fork(1.3, 1.9, _FORK_REACH, _PIN.pins)
 _YOKE = _fork(2.36, 3.08, _YOKE_REACH)
-_BALL = Parts((), (forms.capsule(1.9),))
-_SOCKET = Parts((forms.cup(1.98, _SOCKET_REACH),))
+_BALL = Pieces((), (forms.capsule(1.9),))
+_SOCKET = Pieces((forms.cup(1.98, _SOCKET_REACH),))
 _HALF_BLOCK = 2.6
-_BLOCK = Parts((forms.prism(forms.rectangle(-1.7, 1.7, 1.7), -_HALF_BLOCK, _HALF_BLOCK),))
+_BLOCK = Pieces((forms.prism(forms.rectangle(-1.7, 1.7, 1.7), -_HALF_BLOCK, _HALF_BLOCK),))
 # What bearings stand on, along x.
 _FOOT = _foot()
 _POST_SHAPE = np.array([[0.7, -1.2], [_FOOT_AT, -2.4], [_FOOT_AT, 2.4], [0.7, 1.2]])
-_POST = Parts((forms.prism(_POST_SHAPE, -0.8, 0.8), *_FOOT.link))
+_POST = Pieces((forms.prism(_POST_SHAPE, -0.8, 0.8), *_FOOT.link))
 
 
 class Body:
@@ -233,7 +226,7 @@ class Body:
         self._points = np.array([node[0].point for node in nodes_of(attachments, rod)])
         self._centre = centre
 
-    def parts(self) -> Parts:
+    def parts(self) -> Pieces:
         """Return what is drawn of it."""
         if is_cross(self._all, self._centre, self._rod):
             axes = _distinct([item.axis for item in self._all])
@@ -246,22 +239,18 @@ class Body:
         if len(points) == 1:
             return self._alone()
         middle, normal = _plane(points)
-        if normal is None and len(points) > 2:
-            order = np.argsort((points - middle) @ _direction(points[-1] - points[0]))
-            points = points[order[[0, -1]]]
-            return self._bar(points[0], points[1]) + self._fittings()
-        if len(points) == 2:
-            return self._bar(*points) + self._fittings()
-        assert normal is not None
-        flat = np.max(np.abs((points - middle) @ normal)) < _ON_LINE * _span(points)
-        if flat:
+        if normal is None:
+            order = np.argsort((points - middle) @ (points[-1] - points[0]))
+            return self._bar(*points[order[[0, -1]]]) + self._fittings()
+        extent = np.linalg.norm(np.ptp(points, axis=0))
+        if np.max(np.abs((points - middle) @ normal)) < _ON_LINE * extent:
             plate = _plate(points, middle, normal, 1.5 * rod, 0.6 * rod)
-            return Parts((plate,)) + self._fittings(middle, plate=True)
+            return Pieces((plate,)) + self._fittings(middle, plate=True)
         star = [rod_between(middle, point, rod) for point in points]
-        hub = Parts((forms.capsule(1.5),)).at(middle, _Z, rod=rod)
-        return Parts(tuple(star)) + hub + self._fittings(middle, plate=True)
+        hub = Pieces((forms.capsule(1.5),)).at(middle, _Z, rod=rod)
+        return Pieces(tuple(star)) + hub + self._fittings(middle, plate=True)
 
-    def _alone(self) -> Parts:
+    def _alone(self) -> Pieces:
         """Return what is drawn of a body all of whose joints share one point."""
         point, rod = self._points[0], self._rod
         arm = np.zeros(3) if self._centre is None else self._centre - point
@@ -271,7 +260,7 @@ class Body:
         if length > _ARM * rod and any(along):
             # A shaft that turns about an axis through its mass goes on to its bearing behind it.
             end = point + arm + 5.0 * rod * arm / length
-            flange = Parts((forms.rod(3.4, -0.5, 0.5),)).at(end, arm, rod=rod)
+            flange = Pieces((forms.rod(3.4, -0.5, 0.5),)).at(end, arm, rod=rod)
             # Where nothing holds it in the joint's point, another shaft may be there.
             bar = self._bar(point + 0.5 * arm if all(along) else point, end)
             return flange + bar + self._fittings(end)
@@ -279,20 +268,20 @@ class Body:
             parts = self._fittings(point + forms.upright(self._all[0].axis)[:, 0], plate=True)
             if turning and len(self._all) == 1:
                 # A short hub, for a body that has nothing else.
-                parts += Parts((forms.rod(1.4, -2.0, 2.0),)).at(point, turning[0].axis, rod=rod)
+                parts += Pieces((forms.rod(1.4, -2.0, 2.0),)).at(point, turning[0].axis, rod=rod)
             return parts
         tip = point + arm
-        weight = Parts((forms.capsule(1.8),)).at(tip, _Z, rod=rod)
+        weight = Pieces((forms.capsule(1.8),)).at(tip, _Z, rod=rod)
         return weight + self._bar(point, tip) + self._fittings(tip)
 
-    def _bar(self, start: Array, end: Array) -> Parts:
+    def _bar(self, start: Array, end: Array) -> Pieces:
         """Return a rod between two nodes, which leaves room for the fittings at both."""
         way = _direction(end - start)
         length = float(np.linalg.norm(end - start))
         low, high = self._room(start, way), self._room(end, -way)
         shorter = min(1.0, 0.9 * length / (low + high or length))
         ends = start + shorter * low * way, end - shorter * high * way
-        return Parts((rod_between(*ends, self._rod),))
+        return Pieces((rod_between(*ends, self._rod),))
 
     def _room(self, point: Array, way: Array) -> float:
         """Return how far from a node its rod starts [m]."""
@@ -312,14 +301,14 @@ class Body:
     def _holds_cross(self, item: Attachment) -> bool:
         return item.kind == "cross" or (item.kind == "turn" and item.other in self._crosses)
 
-    def _fittings(self, middle: Array | None = None, *, plate: bool = False) -> Parts:
+    def _fittings(self, middle: Array | None = None, *, plate: bool = False) -> Pieces:
         """Return what the body has at its joints.
 
         Args:
             middle: `(3,)` to which its rods lead from each joint; None for the farthest joint.
             plate: whether a plate or several rods lead there, where a fork has no room.
         """
-        result = Parts()
+        result = Pieces()
         for item in self._all:
             inner = middle
             if inner is None:
@@ -334,11 +323,11 @@ class Body:
                 result += self._fitting(item, way, plate).at(item.point, item.axis, way, self._rod)
         return result
 
-    def _guide(self, item: Attachment) -> Parts:
+    def _guide(self, item: Attachment) -> Pieces:
         """Return what the body has at a slide: a tube or its rod, or else a block or its rail."""
         tube = telescope(item, self._travel, self._rod)
         if tube is not None:
-            return Parts((rod_between(*tube),))
+            return Pieces((rod_between(*tube),))
         if item.is_child:
             return _BLOCK.at(item.point, item.axis, rod=self._rod)
         # It begins where the body's rods end.
@@ -346,13 +335,13 @@ class Body:
         ends = ends._replace(low=min(ends.low, 0.0), high=max(ends.high, 0.0))
         return rail(item.point, item.axis, ends, self._rod)
 
-    def _fitting(self, item: Attachment, way: Array, plate: bool) -> Parts:
+    def _fitting(self, item: Attachment, way: Array, plate: bool) -> Pieces:
         """Return what the body has at a joint that turns, with its rod in a direction."""
         along = abs(item.axis @ way) > _PARALLEL
         if self._holds_cross(item):
-            return Parts() if along or plate else _YOKE
+            return Pieces() if along or plate else _YOKE
         if item.kind != "turn" or (along and item.is_child):
-            return Parts()
+            return Pieces()
         if along or item.is_child:
             return _SLEEVE if along else _EYE
         return _PIN if plate else _FORK
@@ -428,7 +417,7 @@ def bearing(
     crosses: frozenset[int],
     travel: Travel,
     rod: float,
-) -> Parts:
+) -> Pieces:
     """Return a bearing on what stands still, with a hatched foot, in the frame of the latter.
 
     Args:
@@ -443,7 +432,7 @@ def bearing(
     axis, point = item.axis, item.point
     lies = np.linalg.norm(down - (down @ axis) * axis) > 0.3
     if item.kind == "other":
-        return Parts()
+        return Pieces()
     if item.kind == "slide":
         room = 1.7 * _HALF_BLOCK * rod
         posts = (
@@ -467,9 +456,9 @@ def bearing(
     elif shaft:
         parts = _SLEEVE + _POST
     elif item.is_child:
-        parts = Parts((forms.prism(_cheek(1.9, _FOOT_AT, 3.23), -0.69, 0.69),)) + _SLEEVE + _FOOT
+        parts = Pieces((forms.prism(_cheek(1.9, _FOOT_AT, 3.23), -0.69, 0.69),)) + _SLEEVE + _FOOT
     else:
-        parts = Parts(_cheeks(_cheek(1.6, _FOOT_AT, 2.72), 1.3, 1.9)) + _PIN + _FOOT
+        parts = Pieces(_cheeks(_cheek(1.6, _FOOT_AT, 2.72), 1.3, 1.9)) + _PIN + _FOOT
     return parts.at(point, axis, down, rod)
 
 
@@ -519,18 +508,18 @@ def rod_between(start: Array, end: Array, radius: float) -> Surface:
     return forms.moved(forms.rod(radius, 0.0, length), forms.upright(end - start), start)
 
 
-def cross(axes: Sequence[Array], point: Array, rod: float) -> Parts:
+def cross(axes: Sequence[Array], point: Array, rod: float) -> Pieces:
     """Return a hub with pins along its axes."""
-    pin, hub = Parts((forms.rod(0.8, -3.2, 3.2),)), Parts((forms.capsule(1.25),))
+    pin, hub = Pieces((forms.rod(0.8, -3.2, 3.2),)), Pieces((forms.capsule(1.25),))
     pins = (pin.at(point, axis, rod=rod) for axis in axes)
     return sum(pins, hub.at(point, _Z, rod=rod))
 
 
-def rail(point: Array, axis: Array, travel: Travel, rod: float) -> Parts:
+def rail(point: Array, axis: Array, travel: Travel, rod: float) -> Pieces:
     """Return the rail along which a block slides."""
     ends = travel.low / rod - 2.0 * _HALF_BLOCK, travel.high / rod + 2.0 * _HALF_BLOCK
     bar = forms.prism(forms.rectangle(-0.8, 0.8, 0.8), *ends)
-    return Parts((bar,)).at(point, axis, rod=rod)
+    return Pieces((bar,)).at(point, axis, rod=rod)
 
 
 def _plate(points: Array, middle: Array, normal: Array, rim: float, half: float) -> Surface:
@@ -553,10 +542,6 @@ def _plane(points: Array) -> tuple[Array, Array | None]:
         return middle, None
     _, spread, axes = np.linalg.svd(points - middle)
     return middle, None if spread[1] < _ON_LINE * spread[0] else axes[2]
-
-
-def _span(points: Array) -> float:
-    return float(np.linalg.norm(np.ptp(points, axis=0)))
 
 
 def _distinct(axes: Sequence[Array]) -> list[Array]:
