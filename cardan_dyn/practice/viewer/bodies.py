@@ -212,7 +212,7 @@ class Bodies:
                         self._placements[item.other][0] @ other.axis, own.shape
                     )
                     axes = np.stack([across, own, np.cross(across, own)], axis=2)
-                    pose = Pose.of(place + turn @ item.point, forms.quaternions(axes))
+                    pose = Pose(place + turn @ item.point, forms.quaternions(axes))
                     parts = cross([*np.eye(3)[:2]], np.zeros(3), self._rod)
                     yield _Default(self._path(body, item.joint), body, parts, pose)
 
@@ -306,7 +306,7 @@ class Bodies:
         rotation, position = self._placements[body]
         if body in self._standing:
             rotation, position = rotation[:1], position[:1]
-        return Pose.of(position, forms.quaternions(rotation))
+        return Pose(position, forms.quaternions(rotation))
 
     def _swept(self, body: int, points: Array) -> Array:
         """Return the points `(n, 3)` through which points `(k, 3)` of a body move [m]."""

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...kit.arrays import Array
 from ...kit.errors import MissingExtraError
@@ -42,31 +43,28 @@ def meshcat() -> str:
     return (Path(zmqserver.VIEWER_ROOT) / "main.min.js").read_text(encoding="utf-8")
 
 
-@dataclass(frozen=True)
 class Pose:
     """Where a node of the scene is, at every sample.
 
     Attributes:
         position: `(N, 3)` [m], or `(1, 3)` if it does not move.
         quaternion: `(N, 4)` unit quaternions x, y, z, w, or `(1, 4)`.
-        scale: `(N,)` uniform scale, or `(1,)`; along three axes `(N, 3)` or `(1, 3)`.
+        scale: along three axes `(N, 3)` or `(1, 3)`.
     """
 
-    position: Array
-    quaternion: Array
-    scale: Array
+    def __init__(
+        self, position: Array, quaternion: ArrayLike = (0, 0, 0, 1), scale: ArrayLike = 1.0
+    ) -> None:
+        """Keep a pose; one for all samples may have no dimension for them.
 
-    @classmethod
-    def of(
-        cls, position: Array, quaternion: Array | None = None, scale: Array | None = None
-    ) -> Pose:
-        """Return a pose; what is not given is neither turned nor scaled."""
-        upright = np.array([[0.0, 0.0, 0.0, 1.0]])
-        return cls(
-            np.atleast_2d(position),
-            upright if quaternion is None else np.atleast_2d(quaternion),
-            np.ones(1) if scale is None else scale,
-        )
+        Args:
+            position: see above.
+            quaternion: see above; not turned if not given.
+            scale: see above, or a uniform one, a number or `(N,)`.
+        """
+        scales = np.asarray(scale, float)
+        self.position, self.quaternion = np.atleast_2d(position), np.atleast_2d(quaternion)
+        self.scale = np.ones(3) * (scales if scales.ndim == 2 else scales.reshape(-1, 1))
 
 
 class DrawnObject(NamedTuple):
@@ -182,7 +180,7 @@ class Drawing:
         length = np.maximum(length, 1e-3 * least)
         if np.max(length) < least:
             return False
-        pose = Pose.of(tail, towards(direction), length)
+        pose = Pose(tail, towards(direction), length)
         self.add(path, surface or arrow(), color, pose=pose, means=means)
         self.include(tail, tail + direction * length[:, None])
         return True
@@ -222,12 +220,10 @@ class Drawing:
     def _track(self, path: str, pose: Pose, arrays: Arrays) -> dict[str, Any]:
         """Return a node: its pose at the first sample, and the arrays of what changes."""
         node: dict[str, Any] = {"path": path}
-        scale = pose.scale
-        scale = np.repeat(scale[:, None], 3, axis=1) if scale.ndim == 1 else scale
         for name, values, tolerance in (
             ("position", pose.position, STEADY * self.size),
             ("quaternion", pose.quaternion, STEADY),
-            ("scale", scale, STEADY),
+            ("scale", pose.scale, STEADY),
         ):
             if len(values) > 1 and np.max(np.ptp(values, axis=0)) > tolerance:
                 node[name] = arrays.add(values)

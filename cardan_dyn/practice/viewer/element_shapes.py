@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...core.elements.bushing import Bushing
 from ...core.elements.element import Element
@@ -93,10 +94,10 @@ def draw_elements(drawing: Drawing, elements: Sequence[Element], places: Places)
     draw_efforts(drawing, efforts)
 
 
-def _standing(drawing: Drawing, at: Array, turn: Array | None = None) -> Pose:
+def _standing(drawing: Drawing, at: Array, turn: ArrayLike = (0, 0, 0, 1)) -> Pose:
     """Return the pose of what is drawn in radii of the scene, which the camera sees."""
     drawing.include(at)
-    return Pose.of(at, turn, np.full(1, drawing.size))
+    return Pose(at, turn, drawing.size)
 
 
 def _stretched(drawing: Drawing, start: Array, end: Array, turn: Array, length: Array) -> Pose:
@@ -104,7 +105,7 @@ def _stretched(drawing: Drawing, start: Array, end: Array, turn: Array, length: 
     drawing.include(start, end)
     scale = np.full((len(length), 3), drawing.size)
     scale[:, 2] = length
-    return Pose.of(start, turn, scale)
+    return Pose(start, turn, scale)
 
 
 def _between(

@@ -120,7 +120,7 @@ def _matrix(pose: Pose) -> Array:
 
     matrix = np.eye(4)
     turn = Rotation.from_quat(pose.quaternion[0]).as_matrix()
-    matrix[:3, :3] = turn * np.atleast_1d(pose.scale[0])
+    matrix[:3, :3] = turn * pose.scale[0]
     matrix[:3, 3] = pose.position[0]
     return matrix
 

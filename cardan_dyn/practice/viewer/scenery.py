@@ -208,9 +208,9 @@ class _Builder:
             path, loop = f"/axes/{node_name(item.name)}", item.name in self._loops
             means = "joint that closes a loop" if loop else "joint axis, of a slide its stroke"
             color = LOOP if loop else AXIS
-            turn, size = forms.towards(item.axis), np.full(1, self._radius)
+            turn, size = forms.towards(item.axis), self._radius
             if not has_axis(joints[item.name]):
-                pose = Pose.of(item.origin, turn, size)
+                pose = Pose(item.origin, turn, size)
                 self.drawing.add(path, ball, color, pose=pose, means=means)
                 continue
             low, high = (float(end) / self._radius for end in (min(item.slide), max(item.slide)))
@@ -220,7 +220,7 @@ class _Builder:
             ends = np.outer([low, high], [0.0, 0.0, 1.0]) if loop or strokes else ()
             marks = [forms.moved(ball if loop else disc, np.eye(3), end) for end in ends]
             line = forms.joined(forms.rod(_THIN, low, high), *marks)
-            pose = Pose.of(middle, turn, size)
+            pose = Pose(middle, turn, size)
             self.drawing.add(path, line, color, pose=pose, means=means)
             reach = self._radius * item.axis
             self.drawing.include(middle + low * reach, middle + high * reach)
@@ -264,7 +264,7 @@ class _Builder:
         node, means = f"/paths/{node_name(name)}", f"path of {name}"
         wire = forms.path(path, _THIN * self._radius)
         self.drawing.add(node, wire, PATH, means=means)
-        pose = Pose.of(path[samples], scale=np.full(1, self._radius))
+        pose = Pose(path[samples], scale=self._radius)
         self.drawing.add(f"{node} point", forms.capsule(3.0 * _THIN), PATH, pose=pose)
         self.drawing.include(path)
 
@@ -273,7 +273,7 @@ class _Builder:
         for item in vectors:
             loop = item.name in self._loops
             path, color = f"/labels/{node_name(item.name)}", LOOP if loop else _LABEL
-            self.drawing.label(path, item.name, color, Pose.of(item.anchor))
+            self.drawing.label(path, item.name, color, Pose(item.anchor))
 
     def _draw_parts(self, vectors: list[Vectors], scale: float, kinds: Sequence[str]) -> bool:
         """Draw parts of wrenches as arrows, and return whether there are any."""
@@ -311,7 +311,7 @@ class _Builder:
         name, means = node_name(item.name), "moment 𝔐 and its trace in the shaft"
         thin = forms.arrow(0.5 * forms.ARROW_RADIUS)
         self.drawing.arrow(f"/moment/{name}", item.anchor, moment, COLORS["moment"], means, thin)
-        pose = Pose.of(item.anchor, forms.quaternions(item.rotation))
+        pose = Pose(item.anchor, forms.quaternions(item.rotation))
         wire = forms.path(curve, _THIN * self._radius)
         self.drawing.add(f"/traces/{name}", wire, COLORS["moment"], pose=pose)
         return True

@@ -50,18 +50,18 @@ def test_names_stay_one_step_of_a_path() -> None:
 
 
 def test_a_pose_is_neither_turned_nor_scaled_by_default() -> None:
-    pose = Pose.of(np.array([1.0, 2.0, 3.0]))
+    pose = Pose(np.array([1.0, 2.0, 3.0]))
     np.testing.assert_array_equal(pose.position, [[1.0, 2.0, 3.0]])
     np.testing.assert_array_equal(pose.quaternion, [[0.0, 0.0, 0.0, 1.0]])
-    np.testing.assert_array_equal(pose.scale, [1.0])
+    np.testing.assert_array_equal(pose.scale, [[1.0, 1.0, 1.0]])
 
 
 def test_only_what_moves_has_a_track() -> None:
     size = 2.0
     drawing = Drawing(size)
     steps = np.arange(3.0)[:, None] * [1.0, 0.0, 0.0]
-    drawing.nodes["/still"] = Pose.of(steps * 0.4 * STEADY * size)
-    drawing.nodes["/moving"] = Pose.of(steps, scale=np.array([1.0, 2.0, 1.0]))
+    drawing.nodes["/still"] = Pose(steps * 0.4 * STEADY * size)
+    drawing.nodes["/moving"] = Pose(steps, scale=np.array([1.0, 2.0, 1.0]))
     data, arrays = packed(drawing)
     still, moving = data["nodes"]
     assert still == {
@@ -103,7 +103,7 @@ def test_shapes_of_more_vertices_than_16_bits_count() -> None:
 def test_the_legend_says_each_meaning_once() -> None:
     drawing = Drawing(1.0)
     for path in ("/axes/a", "/axes/b", "/loads/a"):
-        drawing.add(path, TRIANGLE, Color.of("#000000"), means="black", pose=Pose.of(np.ones(3)))
+        drawing.add(path, TRIANGLE, Color.of("#000000"), means="black", pose=Pose(np.ones(3)))
     assert drawing.legend == (("#000000", "black", "axes"), ("#000000", "black", "loads"))
     assert list(drawing.nodes) == ["/axes/a", "/axes/b", "/loads/a"]
 
@@ -123,7 +123,7 @@ def test_objects_on_top_have_layers_and_placements_are_written_by_columns() -> N
 
 def test_labels_are_placed_and_listed() -> None:
     drawing = Drawing(1.0)
-    drawing.label("/labels/a", "text", Color.of("#123456"), Pose.of(np.ones(3)))
+    drawing.label("/labels/a", "text", Color.of("#123456"), Pose(np.ones(3)))
     data, _ = packed(drawing)
     assert data["labels"] == [{"path": "/labels/a", "text": "text", "color": "#123456"}]
     assert data["nodes"][0]["path"] == "/labels/a"

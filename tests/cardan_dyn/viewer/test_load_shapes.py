@@ -79,7 +79,9 @@ def test_a_load_that_varies_changes_its_sense() -> None:
     z = [turned_z(quaternion)[2] for quaternion in pose.quaternion]
     np.testing.assert_allclose(z, [1.0, 1.0, 1.0, -1.0, -1.0], atol=1e-12)
     # Small ones are drawn large enough for their sense to be seen, and none not at all.
-    np.testing.assert_allclose(pose.scale / pose.scale[-1], [0.5, 0.35, 0.0, 0.35, 1.0], atol=1e-4)
+    np.testing.assert_allclose(
+        pose.scale[:, 0] / pose.scale[-1, 0], [0.5, 0.35, 0.0, 0.35, 1.0], atol=1e-4
+    )
 
 
 def test_the_arcs_of_drives_close_to_each_other_are_smaller() -> None:
@@ -93,7 +95,7 @@ def test_the_arcs_of_drives_close_to_each_other_are_smaller() -> None:
     turn = cd.Scene(robot, drive=["j1", "j2", "j3"]).sweep(np.zeros((3, 3)))
     drawing = Drawing(1.0)
     draw_drives(drawing, Places(turn, np.arange(3), drawing.size), turn.drives)
-    alone, one, other = (float(drawing.nodes[f"/drive/j{n}"].scale[0]) for n in (1, 2, 3))
+    alone, one, other = (float(drawing.nodes[f"/drive/j{n}"].scale[0, 0]) for n in (1, 2, 3))
     assert one == other == pytest.approx(0.075)
     assert alone > 2.0 * one
 

@@ -21,7 +21,7 @@ from cardan_dyn.practice.viewer.viewing import Server, render
 
 def scenery(label: str) -> Scenery:
     drawing = Drawing(1.0)
-    drawing.label("/labels/a", label, Color.of("#000000"), Pose.of(np.zeros(3)))
+    drawing.label("/labels/a", label, Color.of("#000000"), Pose(np.zeros(3)))
     triangle = np.eye(3), np.array([[0, 1, 2]])
     drawing.add("/axes/a", triangle, Color.of("#abcdef"), means="a meaning")
     points = np.array([[0.123456789, 0.0, 1.0]])

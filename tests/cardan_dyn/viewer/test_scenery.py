@@ -88,7 +88,7 @@ def test_arrows_beyond_what_is_usual_are_cut_and_their_scale_says_so() -> None:
     (scale,) = drawn.scales
     force = turn["crank_bearing"].shear
     assert scale.longest is not None and 50.0 * scale.longest < np.max(force)
-    lengths = drawn.drawing.nodes["/shear/crank_bearing"].scale
+    lengths = drawn.drawing.nodes["/shear/crank_bearing"].scale[:, 0]
     expected = np.minimum(force, scale.longest) / scale.per_metre
     np.testing.assert_allclose(lengths, expected, rtol=1e-6)
 

@@ -10,5 +10,4 @@ from cardan_dyn.practice.viewer.commands import Drawing
 def placed(drawing: Drawing, path: str) -> dict[str, np.ndarray]:
     """Return position, quaternion and scale of a node at the first sample."""
     pose = drawing.nodes[path]
-    scale = np.broadcast_to(pose.scale[0], 3)
-    return {"position": pose.position[0], "quaternion": pose.quaternion[0], "scale": scale}
+    return {name: getattr(pose, name)[0] for name in ("position", "quaternion", "scale")}
