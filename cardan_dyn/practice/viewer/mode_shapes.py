@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.mechanism.mechanism import Mechanism
 from ...core.results.sweep import Sweep
 from ...kit.checks import described, number, numbers, whole
 from ...kit.errors import ArgumentError
@@ -54,7 +53,9 @@ def mode_sweep(
             f"shape is {described(shape)}, expected {len(free)} numbers, one for each of the free "
             f"coordinates {', '.join(free) or '(none)'}"
         )
-    units = _units(scene.mechanism, free)
+    # What counts as one of each coordinate: 1 rad, or the characteristic length [m].
+    slides = [scene.mechanism.drivable[name].slides for name in free]
+    units = np.where(slides, scene.mechanism.characteristic_length, 1.0)
     greatest = float(np.max(np.abs(coordinates) / units, initial=0.0))
     if not (np.isfinite(greatest) and greatest > 0.0):
         raise ArgumentError(f"shape is {described(shape)}, expected finite numbers, not all zero")
@@ -66,12 +67,6 @@ def mode_sweep(
     every = scene.replace(drive=scene.coordinates)
     found: Sweep = every.sweep(np.concatenate([drive, middle + scale * swing], axis=1))
     return found
-
-
-def _units(mechanism: Mechanism, free: tuple[str, ...]) -> Any:
-    """Return what counts as one of each coordinate: 1 rad, or the characteristic length [m]."""
-    slides = [mechanism.drivable[name].slides for name in free]
-    return np.where(slides, mechanism.characteristic_length, 1.0)
 
 
 def _turns(value: int) -> int:

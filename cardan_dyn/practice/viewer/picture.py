@@ -7,7 +7,7 @@ import numpy as np
 from ...core.results.sweep import Sweep
 from ...figures.style import SMALL, Axes, Figure, axes_grid, plain, refuse_grid
 from ...kit.arrays import Array
-from .commands import Drawing, DrawnObject, Pose
+from .commands import Drawing, DrawnObject
 from .scenery import Parts, build
 
 _EYE = np.array([0.55, -0.7, 0.45])
@@ -39,11 +39,10 @@ def picture(sweep: Sweep, sample: int = 0) -> Figure:
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         sizes = np.linalg.norm(normals, axis=1)
         facing = np.abs(normals @ eye) / np.where(sizes > 0.0, sizes, 1.0)
-        color = np.array([item.color.red, item.color.green, item.color.blue])
-        light = 1.0 - _SHADE * (1.0 - facing)
-        alpha = np.full(len(corners), item.color.opacity)
+        tone, light = item.color, 1.0 - _SHADE * (1.0 - facing)
         triangles.append(corners)
-        colors.append(np.column_stack([light[:, None] * color, alpha]))
+        shaded = np.outer(light, [tone.red, tone.green, tone.blue])
+        colors.append(np.column_stack([shaded, np.full(len(corners), tone.opacity)]))
         layers.append(np.full(len(corners), item.color.layer))
     every = np.concatenate(triangles)
     # What is far first, so that what is near covers it.
@@ -106,23 +105,15 @@ def _axes_of_view(normal: int | None) -> tuple[Array, Array, Array]:
 
 def _placed(drawing: Drawing, path: str) -> Array:
     """Return where a node is at the first sample `(4, 4)`, within the nodes above it."""
-    placement, steps = np.eye(4), path.strip("/").split("/")
-    for count in range(1, len(steps) + 1):
-        pose = drawing.nodes.get("/" + "/".join(steps[:count]))
-        if pose is not None:
-            placement = placement @ _matrix(pose)
-    return placement
-
-
-def _matrix(pose: Pose) -> Array:
-    """Return a pose at the first sample `(4, 4)`."""
     from scipy.spatial.transform import Rotation
 
-    matrix = np.eye(4)
-    turn = Rotation.from_quat(pose.quaternion[0]).as_matrix()
-    matrix[:3, :3] = turn * pose.scale[0]
+    above = _placed(drawing, path[: path.rindex("/")]) if path else np.eye(4)
+    if path not in drawing.nodes:
+        return above
+    pose, matrix = drawing.nodes[path], np.eye(4)
+    matrix[:3, :3] = Rotation.from_quat(pose.quaternion[0]).as_matrix() * pose.scale[0]
     matrix[:3, 3] = pose.position[0]
-    return matrix
+    return above @ matrix
 
 
 def _corners(drawing: Drawing, item: DrawnObject) -> Array:

@@ -184,13 +184,13 @@ class _Teller:
                 for what, unit in (("force", "N"), ("moment", "N·m")):
                     size = np.linalg.norm(np.asarray(getattr(load, what)), axis=-1)
                     if np.any(size):
-                        row = self._row("load", f"{name}, {what}", size, unit)
-                        rows.append({**row, "joint": "", "node": f"{node_name(name)} {what}"})
+                        more = {"joint": "", "node": f"{node_name(name)} {what}"}
+                        rows.append(self._row("load", f"{name}, {what}", size, unit) | more)
             else:
                 coordinate = self._mechanism.drivable[name]
                 node = f"{node_name(name)} {'force' if coordinate.slides else 'moment'}"
                 row = self._row("load", name, load, coordinate.effort_unit)
-                rows.append({**row, "joint": coordinate.joint, "node": node})
+                rows.append(row | {"joint": coordinate.joint, "node": node})
         for name, position in sweep.held.items():
             unit, factor = _scale(self._mechanism, name)
             rows.append(self._row("held", name, factor * np.asarray(position, float), unit))
@@ -248,7 +248,9 @@ class _Teller:
                 (name, QUANTITIES[name], values_of(wrench, name), determined(wrench, name))
                 for name in names
             ]
-            told["series"] = [self._one(*item) for item in (*parts, *self._efforts(joint))]
+            told["series"] = [
+                self._one(*item) for item in (*parts, *self._efforts(self._sweep, joint))
+            ]
         return told
 
     def _stroke(self, joint: Joint) -> list[float]:
@@ -263,22 +265,14 @@ class _Teller:
             for name, (body, _) in self._mechanism.links.items()
         ]
 
-    def _efforts(self, joint: Joint) -> list[tuple[str, str, Array, bool]]:
+    def _efforts(self, sweep: Sweep, joint: Joint) -> list[tuple[str, str, Array, bool]]:
         """Return what drives or holds a joint."""
-        sweep = self._sweep
-        if isinstance(sweep, Still):
-            return []
-        drivable = self._mechanism.drivable
-        return [
-            (
-                "holding" if name in sweep.holding_effort else "drive",
-                drivable[name].effort_unit,
-                effort,
-                True,
-            )
-            for name, effort in efforts(sweep).items()
-            if drivable[name].joint == joint.name and name not in sweep.free
-        ]
+        found, drivable = [], self._mechanism.drivable
+        for name, effort in efforts(sweep).items():
+            if drivable[name].joint == joint.name and name not in sweep.free:
+                kind = "holding" if name in sweep.holding_effort else "drive"
+                found.append((kind, drivable[name].effort_unit, effort, True))
+        return found
 
     def _one(self, name: str, unit: str, values: Array, unique: bool) -> dict[str, Any]:
         values = values[self._samples]

@@ -271,8 +271,8 @@ class _Builder:
     def draw_labels(self, vectors: list[Vectors]) -> None:
         """Write the names of joints."""
         for item in vectors:
-            loop = item.name in self._loops
-            path, color = f"/labels/{node_name(item.name)}", LOOP if loop else _LABEL
+            color = LOOP if item.name in self._loops else _LABEL
+            path = f"/labels/{node_name(item.name)}"
             self.drawing.label(path, item.name, color, Pose(item.anchor))
 
     def _draw_parts(self, vectors: list[Vectors], scale: float, kinds: Sequence[str]) -> bool:
