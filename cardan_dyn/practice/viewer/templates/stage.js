@@ -71,49 +71,45 @@ for (const item of data.scene.nodes) {
 // Coarser meshes, for motion where a machine is too slow: all vertices in a cell are one of them.
 const MOST_IN_MOTION = 36000, FINE_ENOUGH = 300;
 function coarser(geometry, most) {
-  const corners = geometry.index.array, at = geometry.attributes.position;
-  geometry.computeBoundingBox();
-  const { min, max } = geometry.boundingBox;
-  const long = Math.max(max.x - min.x, max.y - min.y, max.z - min.z) || 1;
-  let kept = [];
-  for (let cells = Math.sqrt(most) + 4; cells > 2; cells *= 0.8) {
-    const first = new Map(), same = new Uint32Array(at.count);
-    for (let index = 0; index < at.count; index++) {
-      const cell = [at.getX(index) - min.x, at.getY(index) - min.y, at.getZ(index) - min.z]
+  const corners = geometry.index.array, { position } = geometry.attributes;
+  const { min, max } = new THREE.Box3().setFromBufferAttribute(position);
+  const long = Math.max(...max.sub(min).toArray()) || 1;
+  let kept = corners;
+  for (let cells = Math.sqrt(most) + 4; kept.length > 3 * most && cells > 2; cells *= 0.8) {
+    const first = new Map(), same = new Uint32Array(position.count), at = new THREE.Vector3();
+    for (let index = 0; index < position.count; index++) {
+      const cell = at.fromBufferAttribute(position, index).sub(min).toArray()
         .reduce((key, along) => key * 1024 + Math.floor(along / long * cells), 0);
       if (!first.has(cell)) first.set(cell, index);
       same[index] = first.get(cell);
     }
     kept = [];
     for (let index = 0; index < corners.length; index += 3) {
-      const [a, b, c] = [same[corners[index]], same[corners[index + 1]], same[corners[index + 2]]];
-      if (a !== b && b !== c && c !== a) kept.push(a, b, c);
+      const triangle = [0, 1, 2].map((corner) => same[corners[index + corner]]);
+      if (new Set(triangle).size === 3) kept.push(...triangle);
     }
-    if (kept.length <= 3 * most) break;
   }
   const result = new THREE.BufferGeometry();
-  result.setAttribute("position", at);
-  result.setIndex(kept);
+  result.setAttribute("position", position);
+  result.setIndex([...kept]);
   result.computeVertexNormals();
   return result;
 }
 
-let coarse = null, isCoarse = false;
+let isCoarse = false;
+const fullOf = new Map();       // mesh → what is drawn at rest
+const coarse = new Map();       // that → what is drawn in motion
 function useCoarse(wished) {
   if (wished === isCoarse) return;
   isCoarse = wished;
-  if (!coarse) {
-    const sizes = meshes.map(({ geometry }) => geometry.index.count / 3);
-    const share = MOST_IN_MOTION / sizes.reduce((sum, size) => sum + size, 0), made = new Map();
-    coarse = meshes.map((mesh, index) => {
-      const full = mesh.geometry, drawn = mesh.userData.path.startsWith("/mechanism/");
-      if (share < 1 && drawn && sizes[index] > FINE_ENOUGH && !made.has(full)) {
-        made.set(full, coarser(full, Math.max(share * sizes[index], FINE_ENOUGH)));
-      }
-      return { mesh, full, light: made.get(full) || full };
-    });
+  for (const mesh of meshes) fullOf.set(mesh, fullOf.get(mesh) || mesh.geometry);
+  const all = [...fullOf.values()].reduce((sum, { index }) => sum + index.count / 3, 0);
+  for (const [mesh, full] of fullOf) {
+    if (!mesh.userData.path.startsWith("/mechanism/")) continue;
+    const most = Math.max(MOST_IN_MOTION / all * full.index.count / 3, FINE_ENOUGH);
+    if (!coarse.has(full)) coarse.set(full, coarser(full, most));
+    mesh.geometry = wished ? coarse.get(full) : full;
   }
-  for (const { mesh, full, light } of coarse) mesh.geometry = wished ? light : full;
 }
 
 const WAYS = { 3: [new THREE.Vector3(), new THREE.Vector3()],
