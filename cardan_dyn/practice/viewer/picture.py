@@ -9,6 +9,7 @@ from ...figures.style import SMALL, Axes, Figure, axes_grid, plain, refuse_grid
 from ...kit.arrays import Array
 from .commands import Drawing, DrawnObject
 from .scenery import Parts, build
+from .shapes import upright
 
 _EYE = np.array([0.55, -0.7, 0.45])
 """Towards the eye where a mechanism is not flat: from the front, the right and above."""
@@ -90,17 +91,15 @@ def _write_names(axes: Axes, places: dict[str, tuple[float, float]], extent: flo
         )
 
 
-def _axes_of_view(normal: int | None) -> tuple[Array, Array, Array]:
-    """Return the axes to the right, upwards and towards the eye."""
+def _axes_of_view(normal: int | None) -> Array:
+    """Return the axes to the right, upwards and towards the eye `(3, 3)`, one by one."""
     world = np.eye(3)
+    right, eye = np.cross(world[2], _EYE), _EYE
     if normal is not None:
         # Onto x and y, x and z, y and z, to the right and upwards.
-        first, second = (axis for axis in range(3) if axis != normal)
-        return world[first], world[second], np.cross(world[first], world[second])
-    eye = _EYE / np.linalg.norm(_EYE)
-    right = np.cross(world[2], eye)
-    right /= np.linalg.norm(right)
-    return right, np.cross(eye, right), eye
+        right, up = np.delete(world, normal, axis=0)
+        eye = np.cross(right, up)
+    return upright(eye, right).T
 
 
 def _placed(drawing: Drawing, path: str) -> Array:

@@ -160,6 +160,4 @@ def _free(origin: Array, axis: Array, offset: float, taken: list[Array], radius:
 
 def _turned(rotation: Array, vectors: Array) -> Array:
     """Return vectors `(N, 3)` in the axes to which rotations `(N, 3, 3)` lead."""
-    return np.asarray(
-        np.einsum("nij,nj->ni", np.broadcast_to(rotation, (len(vectors), 3, 3)), vectors)
-    )
+    return np.asarray(np.einsum("...ij,...j->...i", rotation, vectors))

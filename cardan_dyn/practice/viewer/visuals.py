@@ -136,8 +136,11 @@ def few_enough(shapes: list[Shape], radius: float) -> tuple[list[Shape], str]:
         shapes: of all bodies.
         radius: of the scene [m].
     """
-    meshes = [shape for shape in shapes if shape.kind == "mesh"]
-    before = after = sum(len(shape.surface[1]) for shape in meshes)
+
+    def count(shapes: list[Shape]) -> int:
+        return sum(len(shape.surface[1]) for shape in shapes if shape.kind == "mesh")
+
+    before = after = count(shapes)
     thin, cell = shapes, forms.PIXEL * radius
     # Beyond some pixels meshes would be unknowable.
     while after > _MOST_FACES and cell <= 8.0 * forms.PIXEL * radius:
@@ -148,7 +151,7 @@ def few_enough(shapes: list[Shape], radius: float) -> tuple[list[Shape], str]:
             else shape
             for shape in shapes
         ]
-        after, cell = sum(len(shape.surface[1]) for shape in thin if shape.kind == "mesh"), 2 * cell
+        after, cell = count(thin), 2 * cell
     if after == before:
         return shapes, ""
     return thin, f"meshes are drawn with {after} of their {before} triangles"
