@@ -8,12 +8,12 @@ const pen = document.createElement("canvas").getContext("2d");
 const widths = new Map();
 
 function widthOf(text) {
-  const font = `600 ${size.width < 600 ? 12 : 13}px system-ui, sans-serif`, key = font + text;
+  // Digits stand as wide as each other in the page, and may not in the measure.
+  const digits = text.replace(/[0-9]/g, "0");
+  const font = `600 ${size.width < 600 ? 12 : 13}px system-ui, sans-serif`, key = font + digits;
   if (!widths.has(key)) {
     pen.font = font;
-    // Digits stand as wide as each other in the page, and may not in the measure.
-    if (widths.size > 4000) widths.clear();
-    widths.set(key, Math.ceil(pen.measureText(text.replace(/[0-9]/g, "0")).width) + 2 * PADDING + 1);
+    widths.set(key, Math.ceil(pen.measureText(digits).width) + 2 * PADDING + 1);
   }
   return widths.get(key);
 }
@@ -35,13 +35,13 @@ for (const joint of told.joints) {
   for (const { unit, greatest } of joint.series) {
     whole[unit] = Math.max(whole[unit] || 0, greatest);
   }
-  const named = new Map(joint.series.map((item) => [item.name, item]));
-  for (const root of ["torsion", "bending", "force", "axial", "shear"]) {
-    const series = named.get(root) || (root === "bending" && named.get("moment"));
-    if (!series) continue;
-    addNumber(`/${root}/${joint.node}`, series.values, series.unit, {
-      joint, kind: "number", root, moment: series.unit !== "N", unique: series.unique,
-      least: 0.004 * whole[series.unit],
+  for (const { name, values, unit, unique } of joint.series) {
+    // Of joints without an axis, the whole moment is drawn as bending.
+    const root = name === "moment" ? "bending" : name;
+    if (!BY_JOINT.includes(root)) continue;
+    const least = 0.004 * whole[unit], moment = unit !== "N";
+    addNumber(`/${root}/${joint.node}`, values, unit, {
+      joint, kind: "number", root, moment, unique, least,
     });
   }
 }

@@ -271,9 +271,9 @@ function stepBy(steps) {
 
 function nextJoint(by) {
   if (!told.joints.length) return;
-  const at = told.joints.indexOf(choice.joint);
-  const to = at < 0 ? (by > 0 ? 0 : told.joints.length - 1) : at + by + told.joints.length;
-  select({ joint: told.joints[to % told.joints.length] });
+  // Before the first one, or after the last one, where none is selected.
+  const at = Math.max(told.joints.indexOf(choice.joint), by > 0 ? -1 : 0);
+  select({ joint: told.joints.at((at + by) % told.joints.length) });
 }
 
 const KEYS = {
@@ -332,7 +332,7 @@ function start() {
 
 // What tests and other scripts can ask of the page.
 window.scene = {
-  play, pause, select, fit, look: lookAt, count, frames, choice,
+  pause, frames,
   get playing() { return playing; },
   get place() { return place; },
   // Whether all is drawn as finely as it can be.
