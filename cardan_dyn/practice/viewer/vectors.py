@@ -56,7 +56,7 @@ class Vectors:
 def collect(
     sweep: Sweep | Still, joints: tuple[str, ...], samples: Array, radius: float
 ) -> list[Vectors]:
-    """Return the vectors of joints, as far as their motion is known.
+    """Return the vectors of joints.
 
     Args:
         sweep: over one dimension.
@@ -69,8 +69,6 @@ def collect(
     for name in joints:
         joint = sweep.mechanism.joints[name]
         origin, rotation = sweep.origin(name)[samples], sweep.rotation(name)[samples]
-        if not (np.all(np.isfinite(origin)) and np.all(np.isfinite(rotation))):
-            continue
         wrench = sweep[name]
         moment, force = wrench.moment[samples], wrench.force[samples]
         axis = np.broadcast_to(rotation @ joint.axis, origin.shape)
