@@ -166,10 +166,10 @@ def _cheeks(outline: Array, low: float, high: float) -> tuple[Surface, Surface]:
     return forms.prism(outline, low, high), forms.prism(outline, -high, -low)
 
 
-def _fork(low: float, high: float, reach: float, pins: tuple[Surface, ...] = ()) -> Pieces:
+def _fork(low: float, high: float, reach: float) -> Pieces:
     """Return two cheeks about z and the bridge between them at their ends along x."""
     bridge = forms.prism(forms.rectangle(reach - 0.6, reach, 1.6), -low, low)
-    return Pieces((*_cheeks(_cheek(1.6, reach, 1.6), low, high), bridge), pins)
+    return Pieces((*_cheeks(_cheek(1.6, reach, 1.6), low, high), bridge))
 
 
 def _along_x(radius: float, low: float, high: float) -> Pieces:
@@ -190,7 +190,7 @@ _SLEEVE = Pieces((forms.ring(1.05, 1.9, -1.15, 1.15),))
 _PIN = Pieces((), (forms.rod(0.75, -2.2, 2.2),))
 _FORK_REACH, _YOKE_REACH, _SOCKET_REACH = 3.4, 4.6, 2.4
 """Where rods begin at them."""
-_FORK = _fork(1.3, 1.9, _FORK_REACH, _PIN.pins)
+_FORK = _fork(1.3, 1.9, _FORK_REACH)
 _YOKE = _fork(2.36, 3.08, _YOKE_REACH)
 _BALL = Pieces((), (forms.capsule(1.9),))
 _SOCKET = Pieces((forms.cup(1.98, _SOCKET_REACH),))
@@ -344,7 +344,7 @@ class Body:
             return Pieces()
         if along or item.is_child:
             return _SLEEVE if along else _EYE
-        return _PIN if plate else _FORK
+        return _PIN if plate else _FORK + _PIN
 
 
 def travel_of(

@@ -29,7 +29,7 @@ from ...kit.errors import ArgumentError, MissingExtraError
 from ...motion.simulation.equilibrium import Equilibrium
 from ...motion.simulation.trajectory import Trajectory
 from .commands import Arrays, meshcat
-from .readings import Course, course, readings
+from .readings import course, readings
 from .scenery import Parts, Scenery, build
 from .still import Still
 
@@ -121,7 +121,8 @@ def view(
     along = course(shot, samples, timed=isinstance(sweep, Trajectory))
     told = readings(shot, shown, samples, arrays, along, frozenset(swings))
     told["units"] = _checked_units(units)
-    told["duration"] = _duration(along) if duration is None else duration
+    own = 0.0 if along.seconds is None else float(along.seconds[-1])
+    told["duration"] = duration or (own if 2.0 <= own <= 60.0 else 8.0)
     return View(render(scenery, title or shot.mechanism.name, told, arrays))
 
 
@@ -135,12 +136,6 @@ def _checked_units(units: object) -> dict[str, tuple[str, float]]:
             )
         found[unit] = told[0], positive(f"the factor of units[{unit!r}]", told[1])
     return found
-
-
-def _duration(along: Course) -> float:
-    """Return in which time a course is shown: its own one, if that can be followed [s]."""
-    own = 0.0 if along.seconds is None else float(along.seconds[-1])
-    return own if 2.0 <= own <= 60.0 else 8.0
 
 
 def _shot(
