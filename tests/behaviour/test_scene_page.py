@@ -540,3 +540,15 @@ def test_a_sweep_at_speed_tells_how_much_slower_it_is_shown(opened: Opener, tmp_
     assert "1500 1/min" in page.page.inner_text("#state")
     page.evaluate("step(1)")
     assert page.page.inner_text("#at").split()[1] == "180°"
+
+
+def test_the_chosen_link_alone_glows(four_bar: Page) -> None:
+    """Links of one colour have materials of their own."""
+    glowing = """(link) => {
+      select({ link: told.links.find(({ name }) => name === link) });
+      return [...new Set(meshes.filter(({ material, userData }) => (
+        userData.path.startsWith("/mechanism/") && material.emissive.getHex()))
+        .map(({ userData }) => userData.path.split("/")[2]))]; }"""
+    for link in ("crank", "coupler"):
+        assert four_bar.page.evaluate(glowing, link) == [link]
+    assert four_bar.page.evaluate(glowing, "none") == []
