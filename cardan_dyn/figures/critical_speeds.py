@@ -6,7 +6,7 @@ All take plain arrays in SI units and draw speeds of rotation in 1/min and frequ
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,8 +23,7 @@ from .style import (
     Abscissa,
     Axes,
     Figure,
-    Into,
-    Size,
+    Onto,
     abscissa,
     in_look,
     ordinate,
@@ -55,9 +54,7 @@ def campbell(
     orders: float | Sequence[float] = (1, 2, 4),
     whirl: ArrayLike | None = None,
     critical: ArrayLike | None = None,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw natural frequencies over the speed of rotation, with the lines of orders.
 
@@ -68,9 +65,7 @@ def campbell(
         whirl: direction of each mode `(S, n)`: above zero forward, below backward, zero neither;
             the side that most of a mode is on names its line.
         critical: `(C, 2)` speeds and frequencies of critical speeds [rad/s], drawn as points.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: shapes that do not match, or orders that are no numbers.
@@ -80,7 +75,7 @@ def campbell(
     sides = np.zeros(modes.shape) if whirl is None else np.asarray(whirl, dtype=float)
     if sides.shape != modes.shape:
         raise ArgumentError(f"whirl has shape {sides.shape}, expected {modes.shape} as frequency")
-    drawn = sheet(ax=ax, figsize=figsize)
+    drawn = sheet(**onto)
     (axes,) = drawn.panels
     swinging = np.where(modes > 0.0, modes, np.nan) / (2.0 * np.pi)
     names = [f"mode {index + 1}{_direction(side)}" for index, side in enumerate(sides.T)]
@@ -116,7 +111,7 @@ def campbell(
         notes.append("gaps in lines: there the mode does not swing, it creeps or grows")
     if unknown.any():
         notes.append("gaps in all lines: there no motion is known")
-    return drawn.finish(title, 3, "; ".join(notes))
+    return drawn.finish(columns=3, note="; ".join(notes))
 
 
 @in_look
@@ -126,9 +121,7 @@ def critical_speed_map(
     *,
     operating: tuple[float, float] | None = None,
     label: str = "bearing stiffness [N/m]",
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw critical speeds over the stiffness of a support, both logarithmic.
 
@@ -137,15 +130,13 @@ def critical_speed_map(
         speeds: of each curve by its name `(S,)` [rad/s]; inf or nan where there is none.
         operating: range of speeds of the machine [rad/s], drawn as a band.
         label: of the abscissa, with its unit.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at = Abscissa(abscissa("stiffness", stiffness), label, "range")
-    drawn = sheet(ax=ax, figsize=figsize)
+    drawn = sheet(**onto)
     (axes,) = drawn.panels
     lines = {name: np.asarray(values, dtype=float) for name, values in speeds.items()}
     at.draw(axes, {k: np.where(np.isfinite(v), v * PER_MINUTE, np.nan) for k, v in lines.items()})
@@ -155,7 +146,7 @@ def critical_speed_map(
         axes.axhspan(low, high, color="0.9", zorder=0, label="operating range")
     drawn.over(at)
     axes.set_ylabel("critical speed [1/min]")
-    return drawn.finish(title, 3)
+    return drawn.finish(columns=3)
 
 
 @in_look
@@ -168,9 +159,7 @@ def orders_over_speed(
     critical: Mapping[str, float] | None = None,
     peaks: Mapping[str, ArrayLike] | None = None,
     logarithmic: bool = True,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw amplitudes of orders over the speed of rotation, with their phases below.
 
@@ -187,15 +176,13 @@ def orders_over_speed(
         peaks: points by their names `(C, 2)`: speeds [rad/s] and amplitudes; of those beyond the
             speeds, none is drawn.
         logarithmic: amplitudes on a logarithmic scale.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at, given = speeds(speed), phases or {}
-    drawn = sheet(2 if given else 1, share_x=True, ax=ax, figsize=figsize)
+    drawn = sheet(2 if given else 1, share_x=True, **onto)
     above, below = drawn.panels[0], drawn.panels[-1]
     lines = {name: ordinate(name, values, at.values) for name, values in amplitudes.items()}
     sizes = {name: float(np.nanmax(np.abs(line), initial=0.0)) for name, line in lines.items()}
@@ -234,7 +221,7 @@ def orders_over_speed(
     if given:
         below.set_ylabel("phase [°]")
     drawn.over(at)
-    return drawn.finish(title, 3)
+    return drawn.finish(columns=3)
 
 
 @in_look
@@ -245,9 +232,7 @@ def stability_chart(
     ends: tuple[float, float],
     joint: str = "joint angle",
     slides: bool = False,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw where a mechanism is unstable over its speed and joint angle.
 
@@ -261,9 +246,7 @@ def stability_chart(
         ends: of the speeds that were looked at [rad/s].
         joint: what the ordinate is called.
         slides: whether it is that of a slide.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: numbers of angles that do not match, or another kind.
@@ -274,7 +257,7 @@ def stability_chart(
             f"a chart needs two angles, and intervals of each: {len(angles)} angles, "
             f"{len(intervals)} lists of intervals"
         )
-    drawn = sheet(ax=ax, figsize=figsize)
+    drawn = sheet(**onto)
     (axes,) = drawn.panels
     up = angles if slides else np.rad2deg(angles)
     between = np.concatenate([up[:1], 0.5 * (up[1:] + up[:-1]), up[-1:]])
@@ -289,7 +272,7 @@ def stability_chart(
     axes.set_ylim(up[0], up[-1])
     axes.grid(visible=False)
     axes.set(xlabel=speeds(ends).label, ylabel=f"{plain(joint)} [{'m' if slides else '°'}]")
-    return drawn.finish(title, 4)
+    return drawn.finish(columns=4)
 
 
 def interval_style(axes: Axes, kind: str) -> dict[str, Any]:

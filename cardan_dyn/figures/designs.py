@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,8 +14,7 @@ from ..kit.quantities import amount, column, prefix
 from .style import (
     SMALL,
     Figure,
-    Into,
-    Size,
+    Onto,
     abscissa,
     in_look,
     line_style,
@@ -40,9 +39,7 @@ def value_map(
     *,
     labels: tuple[str, str, str],
     limit: float | None = None,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw a result over two parameters, a coloured cell for each of their values.
 
@@ -52,15 +49,14 @@ def value_map(
         values: `(N, M)`; nan where there is none, which is grey.
         labels: of x, y and the values, with units.
         limit: value along which a line is drawn.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     across, up, cells = _over_two(x, y, values)
-    drawn = sheet(ax=ax, figsize=figsize)
+    onto["title"] = _joined(onto.get("title", ""), _limit_in_words(cells, limit, labels[2]))
+    drawn = sheet(**onto)
     (axes,) = drawn.panels
     axes.set_facecolor(_MISSING)
     cells_drawn = axes.pcolormesh(across, up, cells.T, shading="nearest", cmap=_COLOURS)
@@ -69,7 +65,7 @@ def value_map(
     _draw_limit(axes, across, up, cells, limit)
     axes.grid(visible=False)
     axes.set(xlabel=labels[0], ylabel=labels[1])
-    return drawn.finish(_joined(title, _limit_in_words(cells, limit, labels[2])))
+    return drawn.finish()
 
 
 @in_look
@@ -80,9 +76,7 @@ def contour_map(
     *,
     labels: tuple[str, str, str],
     limit: float | None = None,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw lines of equal values over two parameters, with their numbers.
 
@@ -92,9 +86,7 @@ def contour_map(
         values: `(N, M)`; nan where there is none.
         labels: of x, y and the values, with units; the latter is written above.
         limit: value along which a thick line is drawn; the side beyond it is hatched.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: shapes that do not match, or no finite value.
@@ -102,10 +94,13 @@ def contour_map(
     across, up, cells = _over_two(x, y, values)
     if min(cells.shape) < 2 or not np.any(np.isfinite(cells)):
         raise ArgumentError(f"contours need values over two by two points, not {cells.shape}")
-    drawn = sheet(ax=ax, figsize=figsize)
-    (axes,) = drawn.panels
     words, unit = _unit_of(labels[2])
     scale, shown = prefix(float(np.nanmax(np.abs(cells))), unit)
+    words = f"{words} [{shown}]" if unit else words
+    told = words, onto.get("title", ""), _limit_in_words(cells, limit, labels[2])
+    onto["title"] = _joined(*told)
+    drawn = sheet(**onto)
+    (axes,) = drawn.panels
     if np.ptp(cells[np.isfinite(cells)]) > 0.0:
         color = line_style(0)["color"]
         lines = axes.contour(across, up, cells.T / scale, levels=12, colors=color, linewidths=0.9)
@@ -120,8 +115,7 @@ def contour_map(
         axes.pcolormesh(across, up, missing.T, shading="nearest", cmap=grey, zorder=0)
         axes.grid(visible=False)
     _name_missing(axes, cells)
-    words = f"{words} [{shown}]" if unit else words
-    return drawn.finish(_joined(words, title, _limit_in_words(cells, limit, labels[2])))
+    return drawn.finish()
 
 
 def _unit_of(label: str) -> tuple[str, str]:
@@ -187,9 +181,7 @@ def tornado(
     *,
     middle: float,
     label: str,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw what a result is at the ends of each parameter, and between them, the widest on top.
 
@@ -198,9 +190,7 @@ def tornado(
             where there is none.
         middle: the result between them.
         label: of the result, with its unit.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: there is no parameter.
@@ -210,7 +200,7 @@ def tornado(
     along = {name: np.asarray(values, dtype=float) for name, values in ranges.items()}
     spans = {name: (np.nanmin(values), np.nanmax(values)) for name, values in along.items()}
     order = sorted(ranges, key=lambda name: np.ptp(spans[name]))
-    drawn = sheet(size=(7.2, 1.6 + 0.42 * len(order)), ax=ax, figsize=figsize)
+    drawn = sheet(size=(7.2, 1.6 + 0.42 * len(order)), **onto)
     (axes,) = drawn.panels
     names = [*map(plain, order)]
     for end, (name, hatch) in enumerate((("lower end", ""), ("upper end", "///"))):
@@ -230,7 +220,7 @@ def tornado(
     axes.axvline(middle, color="black", linewidth=0.9)
     axes.grid(visible=False, axis="y")
     axes.set(xlabel=label)
-    return drawn.finish(title)
+    return drawn.finish()
 
 
 @in_look
@@ -240,9 +230,7 @@ def scatter(
     *,
     label: str,
     limit: float | None = None,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw a result over each parameter, a point for each sample.
 
@@ -251,9 +239,7 @@ def scatter(
         values: of the result `(N,)`.
         label: of the result, with its unit.
         limit: value at which a line is drawn.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: there is no parameter, or shapes do not match.
@@ -267,8 +253,7 @@ def scatter(
         columns,
         count=len(parameters),
         size=(1.2 + 2.6 * columns, 0.6 + 2.6 * rows),
-        ax=ax,
-        figsize=figsize,
+        **onto,
     )
     panels = drawn.panels
     for index, (name, given) in enumerate(parameters.items()):
@@ -289,7 +274,7 @@ def scatter(
         elif drawn.is_new:
             panels[index].sharey(panels[index - 1])
             panels[index].tick_params(labelleft=False)
-    return drawn.finish(title)
+    return drawn.finish()
 
 
 @in_look
@@ -297,18 +282,14 @@ def parallel_coordinates(
     columns: Mapping[str, ArrayLike],
     *,
     limit: float | None = None,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw each case as a line over all parameters and results, the last of which colours it.
 
     Args:
         columns: names, with units, to values `(N,)`; two at least.
         limit: value of the last column beyond which a line is drawn dashed.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: fewer than two columns, or shapes that do not match.
@@ -323,7 +304,7 @@ def parallel_coordinates(
         raise ArgumentError("no case has numbers in all columns")
     low, span = table.min(axis=0), np.ptp(table, axis=0)
     scaled = np.where(span > 0.0, (table - low) / np.where(span > 0.0, span, 1.0), 0.5)
-    drawn = sheet(size=(1.8 + 1.5 * len(names), 4.8), ax=ax, figsize=figsize)
+    drawn = sheet(size=(1.8 + 1.5 * len(names), 4.8), **onto)
     (axes,) = drawn.panels
     import matplotlib
 
@@ -355,4 +336,4 @@ def parallel_coordinates(
     words, unit = _unit_of(names[-1])
     note = f"a line is a case; dark where {plain(words)} is small, bright where it is great"
     note += f", dashed beyond {amount(limit, unit)}" if limit is not None else ""
-    return drawn.finish(title, note=note)
+    return drawn.finish(note=note)

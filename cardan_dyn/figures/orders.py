@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..kit.arrays import NOTHING, Array
 from ..kit.errors import ArgumentError
 from ..kit.periodic import amplitudes
-from .style import Figure, Into, Size, in_look, line_style, plain, sheet
+from .style import Figure, Onto, in_look, line_style, plain, sheet
 
 _HATCHES = ("", "///", "...", "xx", "\\\\\\", "++")
 EVEN = 1e-6
@@ -76,10 +77,8 @@ def order_spectrum(
     unit: str,
     highest: int = 8,
     logarithmic: bool = False,
-    title: str = "",
     note: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw the amplitudes of quantities over the orders of revolution as bars.
 
@@ -91,15 +90,13 @@ def order_spectrum(
         unit: of the values.
         highest: greatest order that is drawn.
         logarithmic: draw amplitudes to a logarithmic scale.
-        title: of the figure.
         note: on what is drawn.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: the angles are not evenly spaced over whole turns, or more than one axes.
     """
-    drawn = sheet(ax=ax, figsize=figsize)
+    drawn = sheet(**onto)
     (axes,) = drawn.panels
     width = _BAR_WIDTH / max(len(values), 1)
     greatest = 0.0
@@ -125,4 +122,4 @@ def order_spectrum(
         axes.set_ylim(bottom=LEAST_SHOWN * greatest)
     if not greatest:
         axes.set_ylim(0.0, 1.0)
-    return drawn.finish(title, 3, note)
+    return drawn.finish(columns=3, note=note)

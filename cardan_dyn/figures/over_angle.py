@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Unpack
 
 import numpy as np
 
@@ -12,8 +13,7 @@ from .orders import EVEN
 from .style import (
     Abscissa,
     Figure,
-    Into,
-    Size,
+    Onto,
     Swept,
     angle_axis,
     drive_of,
@@ -31,10 +31,8 @@ def over_angle(
     quantities: str | Sequence[str] = ("torsion", "bending"),
     *,
     drive: str | None = None,
-    title: str = "",
     peaks: bool | None = None,
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw torsion and bending of joints, or their forces, over the position of the drive.
 
@@ -46,11 +44,9 @@ def over_angle(
         joints: one joint or several; each is a line.
         quantities: of `torsion`, `bending`, `axial`, `shear`; each has its own axes.
         drive: joint whose angle [°], or slide [m], is the abscissa; the first drive if not given.
-        title: of the figure.
         peaks: label the greatest and the least value of each line; nothing if False; the greater
             one by size, of few lines, if None.
-        ax: axes to be drawn into instead of a new figure, as many as there are quantities.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`; as many axes as there are quantities.
 
     Raises:
         ModelError: a joint is unknown, not among the outputs, or has no axis.
@@ -58,9 +54,7 @@ def over_angle(
     """
     at = along(turn, drive_of(turn, drive))
     given = names(quantities, "quantities")
-    return wrench_panels(
-        turn, names(joints), at, given, title=title, peaks=peaks, ax=ax, figsize=figsize
-    )
+    return wrench_panels(turn, names(joints), at, given, peaks=peaks, **onto)
 
 
 @in_look
@@ -69,9 +63,7 @@ def ratio_and_angle_error(
     *,
     output: str = "bearing_out",
     drive: str | None = None,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw speed ratio and angle error of an output, one line per sweep.
 
@@ -83,9 +75,7 @@ def ratio_and_angle_error(
             its mean lead to be left out.
         output: joint whose motion is shown.
         drive: the drive that it is compared with; the first drive of each sweep if not given.
-        title: of the figure.
-        ax: two axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`; two axes.
 
     Raises:
         ModelError: unknown joint.
@@ -94,7 +84,7 @@ def ratio_and_angle_error(
     """
     if not turns:
         raise ArgumentError("there is no sweep to be drawn")
-    drawn = sheet(2, size=(7.2, 6.0), share_x=True, ax=ax, figsize=figsize)
+    drawn = sheet(2, size=(7.2, 6.0), share_x=True, **onto)
     (ratio, lead), first = drawn.panels, drawn.drawn()
     angles: list[Array] = []
     drives: list[str] = []
@@ -118,7 +108,7 @@ def ratio_and_angle_error(
     angle_axis(lead, f"{', '.join(dict.fromkeys(drives))} [°]", np.concatenate(angles))
     ratio.set_ylabel("speed ratio ω₂/ω₁ [–]")
     lead.set_ylabel("angle error φ₂ − φ₁ [°]")
-    return drawn.finish(title, 3)
+    return drawn.finish(columns=3)
 
 
 def _mean(values: Array, angle: Array) -> float:

@@ -3,23 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Unpack
 
 import numpy as np
 
 from ..kit.arrays import Array
 from ..kit.errors import ArgumentError
-from .style import (
-    Abscissa,
-    Figure,
-    Into,
-    Size,
-    Swept,
-    in_look,
-    names,
-    over,
-    refuse_grid,
-    sheet,
-)
+from .style import Abscissa, Figure, Onto, Swept, in_look, names, over, refuse_grid, sheet
 from .wrenches import wrench_panels
 
 
@@ -29,10 +19,8 @@ def over_time(
     joints: str | Sequence[str],
     quantities: str | Sequence[str] = ("torsion", "bending"),
     *,
-    title: str = "",
     peaks: bool | None = None,
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw torsion and bending of joints, or their forces, over time.
 
@@ -43,10 +31,8 @@ def over_time(
         turn: a trajectory, or a sweep that was given its times (`sweep(..., time=)`).
         joints: one joint or several; each is a line.
         quantities: of `torsion`, `bending`, `axial`, `shear`; each has its own axes.
-        title: of the figure.
         peaks: see `over_angle`.
-        ax: axes to be drawn into instead of a new figure, as many as there are quantities.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`; as many axes as there are quantities.
 
     Raises:
         ModelError: a joint is unknown, not among the outputs, or has no axis.
@@ -54,15 +40,11 @@ def over_time(
             another number of axes.
     """
     at, given = times_of(turn), names(quantities, "quantities")
-    return wrench_panels(
-        turn, names(joints), at, given, title=title, peaks=peaks, ax=ax, figsize=figsize
-    )
+    return wrench_panels(turn, names(joints), at, given, peaks=peaks, **onto)
 
 
 @in_look
-def energy_over_time(
-    trajectory: Swept, *, title: str = "", ax: Into = None, figsize: Size | None = None
-) -> Figure:
+def energy_over_time(trajectory: Swept, **onto: Unpack[Onto]) -> Figure:
     """Draw the energies of a trajectory, the work done on it, and the residual of their balance.
 
     The residual at each time is the size of the change of kinetic and potential energy since the
@@ -71,9 +53,7 @@ def energy_over_time(
 
     Args:
         trajectory: the trajectory.
-        title: of the figure.
-        ax: two axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`; two axes.
 
     Raises:
         ArgumentError: it is no trajectory, or other than two axes.
@@ -92,7 +72,7 @@ def energy_over_time(
         "work": trajectory.work - trajectory.work[0],
     }
     kinetic, potential, work = energies.values()
-    drawn = sheet(2, size=(7.2, 6.0), share_x=True, ax=ax, figsize=figsize)
+    drawn = sheet(2, size=(7.2, 6.0), share_x=True, **onto)
     above, below = drawn.panels
     at = over("time", time, "s")
     at.draw(above, energies)
@@ -105,7 +85,7 @@ def energy_over_time(
     above.set_ylabel("energy [J]")
     below.set_ylabel("residual of the balance [–]")
     drawn.over(at)
-    return drawn.finish(title, 3)
+    return drawn.finish(columns=3)
 
 
 def times_of(turn: Swept) -> Abscissa:

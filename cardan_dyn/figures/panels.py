@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
 from ..kit.arrays import Array
 from ..kit.quantities import amount, span
 from .peaks import label_peaks
-from .style import Abscissa, Figure, Into, Size, settle, sheet
+from .style import Abscissa, Figure, Onto, settle, sheet
 
 
 class Panel(NamedTuple):
@@ -36,32 +36,28 @@ def stacked(
     at: Abscissa,
     panels: Sequence[Panel],
     *,
-    title: str = "",
     note: str = "",
     peaks: bool | None = None,
-    ax: Into = None,
-    figsize: Size | None = None,
     line: Mapping[str, Any] | None = None,
     labels: Mapping[str, str] | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw panels below each other over one abscissa.
 
     Args:
         at: the abscissa.
         panels: what they show.
-        title: of the figure.
         note: on what is drawn.
         peaks: see `label_peaks`.
-        ax: see `sheet`.
-        figsize: likewise.
         line: properties of the lines, for `Axes.plot`.
         labels: names of curves to what legends call them, if not by these.
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: other axes than are needed.
     """
     size = 7.2, 1.4 + 2.6 * len(panels)
-    drawn = sheet(len(panels), size=size, share_x=True, ax=ax, figsize=figsize)
+    drawn = sheet(len(panels), size=size, share_x=True, **onto)
     first = [drawn.drawn(row) for row in range(len(panels))]
     drawn.over(at)
     names = dict.fromkeys(name for panel in panels for name in panel.curves)
@@ -81,7 +77,7 @@ def stacked(
         panel.set_ylabel(label)
         settle(panel, scale)
         label_peaks(panel, lines, unit, at.unit, peaks, scale)
-    return drawn.finish(title, 4, note)
+    return drawn.finish(columns=4, note=note)
 
 
 def _in_words(least: float, most: float, unit: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Unpack
 
 import numpy as np
 
@@ -13,8 +14,7 @@ from .style import (
     SMALL,
     Axes,
     Figure,
-    Into,
-    Size,
+    Onto,
     Swept,
     curve_style,
     drive_of,
@@ -48,9 +48,7 @@ def force_polar(
     *,
     drive: str | None = None,
     plane: str | None = None,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw the force in joints as polar diagrams, in the plane across the joint's axis.
 
@@ -67,16 +65,14 @@ def force_polar(
         drive: joint whose angle is written at the curve; the first drive if not given.
         plane: the axes across and up, such as `zx`, instead of `xy`, `yz` or `xz`, which is most
             nearly across the joint's axis.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure, one for each joint and frame.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`; one axes for each joint and frame.
 
     Raises:
         ModelError: a joint is unknown or not among the outputs.
         ArgumentError: unknown frame or plane, a sweep over several dimensions, or another number
             of axes.
     """
-    return _diagrams(turn, joints, frames, "force", drive, plane, title, ax, figsize)
+    return _diagrams(turn, joints, frames, "force", drive, plane, **onto)
 
 
 @in_look
@@ -87,15 +83,13 @@ def moment_polar(
     *,
     drive: str | None = None,
     plane: str | None = None,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw the moment in joints as polar diagrams: across the axis, the bending moment.
 
     Arguments and errors are those of `force_polar`.
     """
-    return _diagrams(turn, joints, frames, "moment", drive, plane, title, ax, figsize)
+    return _diagrams(turn, joints, frames, "moment", drive, plane, **onto)
 
 
 @in_look
@@ -107,9 +101,7 @@ def forces_in_place(
     size: float,
     plane: str = "xy",
     sample: int = 0,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw a mechanism with the polar diagram of the force at each joint, to one scale.
 
@@ -121,9 +113,7 @@ def forces_in_place(
         size: length of the greatest force in the drawing [m].
         plane: of the drawing, in world axes.
         sample: index of the position in which the mechanism is drawn.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ModelError: a joint is unknown or not among the outputs.
@@ -139,7 +129,7 @@ def forces_in_place(
     )
     # Without any force the diagrams shrink to their origins, and there is no scale to be shown.
     length = size / greatest if greatest > 0.0 else 0.0
-    drawn = sheet(size=(7.2, 7.0), ax=ax, figsize=figsize)
+    drawn = sheet(size=(7.2, 7.0), **onto)
     (axes,) = drawn.panels
     for link in links:
         points = np.array(
@@ -159,7 +149,7 @@ def forces_in_place(
     axes.set_ylabel(f"{plane[1]} [mm]")
     if greatest > 0.0:
         _scale_bar(axes, 1e3 * length, greatest)
-    return drawn.finish(title, 3, sign_note(turn, opened))
+    return drawn.finish(columns=3, note=sign_note(turn, opened))
 
 
 def _scale_bar(axes: Axes, length: float, greatest: float) -> None:
@@ -182,9 +172,7 @@ def _diagrams(
     quantity: str,
     drive: str | None,
     plane: str | None,
-    title: str,
-    ax: Into,
-    figsize: Size | None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw a force or a moment, `quantity`, with one diagram per joint and frame."""
     shown = [(joint, frame) for joint in names(joints) for frame in names(frames)]
@@ -197,8 +185,7 @@ def _diagrams(
         columns,
         count=len(shown),
         size=(1.2 + 3.6 * columns, 0.8 + 3.7 * rows),
-        ax=ax,
-        figsize=figsize,
+        **onto,
     )
     at = along(turn, drive_of(turn, drive))
     marked = _ends(at.values) if at.unit == "m" else _quarters(np.deg2rad(at.values))
@@ -227,7 +214,7 @@ def _diagrams(
         panel.set_title(wrapped(f"{plain(joint)}{mark}\n{_AXES_OF[frame]}", width))
         panel.set_xlabel(f"${letter}_{in_plane[0]}$ [{unit}]")
         panel.set_ylabel(f"${letter}_{in_plane[1]}$ [{unit}]")
-    return drawn.finish(title, note=sign_note(turn, opened))
+    return drawn.finish(note=sign_note(turn, opened))
 
 
 def reach(ends: Array) -> float:

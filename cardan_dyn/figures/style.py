@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypedDict, TypeVar
 from weakref import WeakSet
 
 import numpy as np
@@ -30,6 +30,21 @@ Into = Any
 Size = tuple[float, float]
 """Width and height of a figure [inch]."""
 _Draw = TypeVar("_Draw", bound=Callable[..., Any])
+
+
+class Onto(TypedDict, total=False):
+    """What every figure takes of where it is drawn.
+
+    Attributes:
+        title: of the figure; of its axes if there is one or they are somebody else's.
+        ax: axes to be drawn into instead of a new figure, see `Into`.
+        figsize: width and height of a new figure [inch].
+    """
+
+    title: str
+    ax: Into
+    figsize: Size | None
+
 
 # Line styles differ besides colours, so that a black-and-white print can be read. The colours are
 # those of Okabe and Ito, which people with any kind of colour blindness tell apart, without their
@@ -151,21 +166,24 @@ class Sheet(NamedTuple):
         panels: the axes `(rows * columns,)`, row by row.
         is_new: whether the figure is new, and so has room for a title and a legend of its own.
         may_grow: whether its size may follow what is drawn.
+        title: of the figure; empty for none.
     """
 
     figure: Figure
     panels: Array
     is_new: bool
     may_grow: bool
+    title: str = ""
 
     def finish(self, title: str = "", columns: int = 2, note: str = "") -> Figure:
         """Write title, legend and note, and return the figure.
 
         Args:
-            title: of the figure; of its axes if there is one or they are somebody else's.
+            title: if `sheet` was given none.
             columns: of the legend, at most; 0 where axes have their own.
             note: on what is drawn, below it in small letters.
         """
+        title = self.title or title
         for panel in self.panels:
             if panel.get_autoscaley_on():
                 settle(panel)
@@ -207,6 +225,7 @@ def sheet(
     count: int | None = None,
     size: Size | None = None,
     share_x: bool = False,
+    title: str = "",
     ax: Into = None,
     figsize: Size | None = None,
 ) -> Sheet:
@@ -218,7 +237,8 @@ def sheet(
         count: of axes that are needed; as many as fit into rows and columns if None.
         size: of a new figure unless `figsize` is given [inch].
         share_x: one abscissa for the axes of a column.
-        ax: see `Into`.
+        title: of the figure.
+        ax: axes to be drawn into instead of a new figure, see `Into`.
         figsize: of a new figure [inch].
 
     Raises:
@@ -233,11 +253,11 @@ def sheet(
         panels = np.atleast_1d(grid)
         for panel in panels[needed:]:
             panel.remove()
-        return Sheet(figure, panels[:needed], True, figsize is None)
+        return Sheet(figure, panels[:needed], True, figsize is None, title)
     if figsize is not None:
         raise ArgumentError("figsize is that of a new figure: give either it or ax")
     panels = _given(ax, needed)
-    return Sheet(panels[0].figure, panels, False, False)
+    return Sheet(panels[0].figure, panels, False, False, title)
 
 
 def _size(figsize: Size) -> Size:

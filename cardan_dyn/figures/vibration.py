@@ -6,6 +6,7 @@ All take plain arrays in SI units.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,8 +19,7 @@ from .style import (
     PER_MINUTE,
     Abscissa,
     Figure,
-    Into,
-    Size,
+    Onto,
     abscissa,
     in_look,
     line_style,
@@ -40,9 +40,7 @@ def over_revolution(
     names: Sequence[str],
     *,
     unit: str = "rad, m",
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw coordinates over a revolution of the drive.
 
@@ -51,21 +49,19 @@ def over_revolution(
         values: `(P, n)` [rad, or m of slides].
         names: of the coordinates, n.
         unit: of the coordinates.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at = _positions(position)
     courses = ordinates("values", values, at.values, len(names))
-    drawn = sheet(ax=ax, figsize=figsize)
+    drawn = sheet(**onto)
     (axes,) = drawn.panels
     at.draw(axes, dict(zip(names, courses.T, strict=True)))
     drawn.over(at)
     axes.set_ylabel(f"free coordinates [{unit}]")
-    return drawn.finish(title, 4)
+    return drawn.finish(columns=4)
 
 
 @in_look
@@ -73,10 +69,7 @@ def coefficients(
     position: ArrayLike,
     matrices: Mapping[str, ArrayLike],
     names: Sequence[str],
-    *,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw the entries of matrices over the position of the drive, an axes for each matrix.
 
@@ -86,16 +79,14 @@ def coefficients(
         position: of the drive `(N,)` [rad].
         matrices: by name, with its unit `(N, n, n)`.
         names: of the n coordinates.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure, one for each matrix.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`; one axes for each matrix.
 
     Raises:
         ArgumentError: shapes that do not match, or another number of axes.
     """
     at, size = _positions(position), len(names)
     count = len(matrices)
-    drawn = sheet(count, size=(7.2, 1.4 + 2.4 * count), share_x=True, ax=ax, figsize=figsize)
+    drawn = sheet(count, size=(7.2, 1.4 + 2.4 * count), share_x=True, **onto)
     for panel, (what, given) in zip(drawn.panels, matrices.items(), strict=True):
         values = np.asarray(given, dtype=float)
         expected = (len(at.values), size, size)
@@ -108,7 +99,7 @@ def coefficients(
                 at.draw(panel, {", ".join(both): entry}, index)
         panel.set_ylabel(what)
     drawn.over(at)
-    return drawn.finish(title, 3)
+    return drawn.finish(columns=3)
 
 
 @in_look
@@ -116,23 +107,19 @@ def orbits(
     paths: Mapping[str, ArrayLike],
     *,
     labels: tuple[str, str],
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw paths of two transverse coordinates with equal scales; a dot marks where each begins.
 
     Args:
         paths: by name `(N, 2)`.
         labels: of both axes, with their units.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: a path is no curve in a plane.
     """
-    drawn = sheet(size=(5.6, 5.6), ax=ax, figsize=figsize)
+    drawn = sheet(size=(5.6, 5.6), **onto)
     (axes,) = drawn.panels
     for index, (name, given) in enumerate(paths.items()):
         path = np.asarray(given, dtype=float)
@@ -143,7 +130,7 @@ def orbits(
     axes.set_aspect("equal", adjustable="datalim")
     axes.locator_params(nbins=5)
     axes.set(xlabel=labels[0], ylabel=labels[1])
-    return drawn.finish(title, 2)
+    return drawn.finish(columns=2)
 
 
 @in_look
@@ -153,9 +140,7 @@ def run_up(
     *,
     unit: str,
     predicted: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw a coordinate while the speed of rotation changes, beside what was predicted.
 
@@ -165,15 +150,13 @@ def run_up(
         unit: of the coordinate.
         predicted: curves by name, as speeds `(S,)` [rad/s] and amplitudes `(S,)`; each is drawn
             to both sides.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at = speeds(speed, "")
-    drawn = sheet(ax=ax, figsize=figsize)
+    drawn = sheet(**onto)
     (axes,) = drawn.panels
     course = ordinate("values", values, at.values)
     axes.plot(at.values, course, color="0.6", linewidth=0.7, label="simulated")
@@ -182,7 +165,7 @@ def run_up(
         axes.plot(curve.get_xdata(), -curve.get_ydata(), **line_style(index))
     drawn.over(at)
     axes.set_ylabel(f"free coordinate [{unit}]")
-    return drawn.finish(title, 3)
+    return drawn.finish(columns=3)
 
 
 @in_look
@@ -193,9 +176,7 @@ def torque_over_speed(
     available: ArrayLike | None = None,
     barriers: Sequence[tuple[float, float]] = (),
     held: float | None = None,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw the mean torque that motions absorb over speed, beside what a drive has.
 
@@ -205,15 +186,13 @@ def torque_over_speed(
         available: of the drive `(S,)`, if it is driven by a torque.
         barriers: speeds and torques of resonances, each marked.
         held: speed at which the drive stays, if it does.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at = speeds(speed, "")
-    drawn = sheet(ax=ax, figsize=figsize)
+    drawn = sheet(**onto)
     (axes,) = drawn.panels
     at.draw(axes, {"absorbed": ordinate("torque", torque, at.values)})
     if available is not None:
@@ -225,7 +204,7 @@ def torque_over_speed(
         axes.axvline(held * PER_MINUTE, **GUIDE, linestyle=":", label="held")
     drawn.over(at)
     axes.set_ylabel("mean torque [N·m]")
-    return drawn.finish(title, 4)
+    return drawn.finish(columns=4)
 
 
 @in_look
@@ -234,9 +213,7 @@ def multipliers(
     sizes: ArrayLike,
     *,
     intervals: Sequence[tuple[float, float, str]] = (),
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw the sizes of Floquet multipliers over the speed of rotation; above 1, motions grow.
 
@@ -245,16 +222,14 @@ def multipliers(
         sizes: `(S, m)`.
         intervals: least and greatest speed of instabilities [rad/s], and their kinds, as
             `stability_chart` has them: narrow ones lie between two of the speeds.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
     """
     at = speeds(speed)
     every = ordinates("sizes", sizes, at.values)
-    drawn = sheet(ax=ax, figsize=figsize)
+    drawn = sheet(**onto)
     (axes,) = drawn.panels
     at.draw(axes, {f"multiplier {index}": size for index, size in enumerate(every.T, 1)})
     for lower, upper, kind in intervals:
@@ -265,7 +240,7 @@ def multipliers(
     axes.axhline(1.0, **GUIDE, linestyle=":")
     drawn.over(at)
     axes.set_ylabel("size of multipliers")
-    return drawn.finish(title, 4)
+    return drawn.finish(columns=4)
 
 
 def _positions(position: ArrayLike) -> Abscissa:

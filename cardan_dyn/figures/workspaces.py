@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Unpack
 
 from ..kit.arrays import Array
-from .style import Figure, Into, Size, in_look, line_style, plain, sheet
+from .style import Figure, Onto, in_look, line_style, plain, sheet
 
 _FEW = 3
 """Columns of panels at most."""
@@ -16,10 +17,7 @@ def regions(
     grid: tuple[Array, Array],
     labels: Sequence[str],
     panels: Sequence[tuple[str, Array, Sequence[tuple[str, Array]]]],
-    *,
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw regions in grey and curves around them, in panels beside each other.
 
@@ -28,9 +26,7 @@ def regions(
         labels: of both, with their units.
         panels: of each what is written above it, `(S, S)` which positions belong to the region, and
             curves: what they are and their points `(k, 2)`.
-        title: of the figure.
-        ax: axes to be drawn into instead of a new figure, one for each panel.
-        figsize: width and height of a new figure [inch].
+        onto: see `Onto`; one axes for each panel.
 
     Raises:
         ArgumentError: other axes than are needed.
@@ -38,7 +34,7 @@ def regions(
     columns = min(len(panels), _FEW)
     rows = -(-len(panels) // columns)
     size = max(7.2, 1.2 + 4.2 * columns), 1.4 + 3.9 * rows
-    drawn = sheet(rows, columns, count=len(panels), size=size, ax=ax, figsize=figsize)
+    drawn = sheet(rows, columns, count=len(panels), size=size, **onto)
     kinds = list(dict.fromkeys(kind for _, _, curves in panels for kind, _ in curves))
     for panel, (head, region, curves) in zip(drawn.panels, panels, strict=True):
         if region.any():
@@ -50,4 +46,4 @@ def regions(
         panel.set(xlim=(grid[0][0], grid[0][-1]), ylim=(grid[1][0], grid[1][-1]))
         if labels[0].endswith("m]") == labels[1].endswith("m]"):
             panel.set_aspect("equal")
-    return drawn.finish(title, 3)
+    return drawn.finish(columns=3)

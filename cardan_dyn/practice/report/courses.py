@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Unpack
 
 import numpy as np
 
 from ...core.results.sweep import Sweep
-from ...figures.style import Abscissa, Figure, Into, Size, in_look, over, plain, sheet
+from ...figures.style import Abscissa, Figure, Onto, in_look, over, plain, sheet
 from ...figures.wrenches import MARK, along
 from ...kit.arrays import Array
 from ...kit.errors import ArgumentError, choices
@@ -23,9 +24,7 @@ def courses(
     told: Sequence[Extreme],
     *,
     x: str = "",
-    title: str = "",
-    ax: Into = None,
-    figsize: Size | None = None,
+    **onto: Unpack[Onto],
 ) -> Figure:
     """Draw quantities, axes for each and a line for each case.
 
@@ -36,16 +35,14 @@ def courses(
         cases: in which something is driven.
         told: which quantities, of which the first six are drawn.
         x: a coordinate, or a row of the task of all cases, to be drawn over instead.
-        title: of the figure.
-        ax: see `sheet`.
-        figsize: likewise.
+        onto: see `Onto`.
 
     Raises:
         ArgumentError: other axes than are needed, or `x` is nothing to be drawn over.
     """
     shown = told[:BESIDE]
     size = (7.2, 1.0 + 1.8 * len(shown))
-    drawn = sheet(len(shown), size=size, share_x=True, ax=ax, figsize=figsize)
+    drawn = sheet(len(shown), size=size, share_x=True, **onto)
     sweeps = [sweep for report in cases.reports if (sweep := report.drawn[0]) is not None]
     every, labels = _over(cases.reports, sweeps, x), cases.labels or ("",)
     for index, (sweep, label, at) in enumerate(zip(sweeps, labels, every, strict=True)):
@@ -61,7 +58,7 @@ def courses(
     at = every[0]
     ends = np.concatenate([one.values for one in every])
     drawn.over(at._replace(values=ends[[ends.argmin(), ends.argmax()]]))
-    return drawn.finish(title)
+    return drawn.finish()
 
 
 def _over(reports: Sequence[Findings], sweeps: Sequence[Sweep], x: str) -> list[Abscissa]:

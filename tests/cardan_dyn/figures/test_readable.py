@@ -234,8 +234,12 @@ def test_every_figure_takes_axes_a_size_and_a_title() -> None:
     assert len(found) > 25
     for name, function in found.items():
         parameters = inspect.signature(function).parameters
+        if "onto" in parameters:
+            assert parameters["onto"].annotation == "Unpack[Onto]", name
+            continue
         assert {"ax", "figsize", "title"} <= set(parameters), name
         assert parameters["ax"].kind is inspect.Parameter.KEYWORD_ONLY, name
+    assert set(style.Onto.__annotations__) == {"ax", "figsize", "title"}
 
 
 @pytest.mark.parametrize("count", [1, 3])
