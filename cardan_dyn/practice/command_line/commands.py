@@ -138,12 +138,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
 @options.speed("Speed of a drive that turns [1/min]; quasi-static without.")
 @options.gravity
 @options.repeated("--joint", "joints", "JOINT", "Draw only this joint")
-@click.option(
-    "--hide",
-    multiple=True,
-    type=click.Choice(options.HIDDEN),
-    help="Leave a part out; may be repeated.",
-)
+@options.repeated("--hide", "hide", None, "Leave a part out", type=click.Choice(options.HIDDEN))
 @click.option(
     "--duration",
     type=options.Quantity("time", "s"),
@@ -152,7 +147,7 @@ def compare(directory: Path, as_json: bool, figures: bool) -> None:
 @options.samples(721)
 @options.strict
 @options.written("--export", "file", "Write one HTML file that needs no network, and end.")
-@options.open_browser
+@options.opens("Open a browser.")
 def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> None:
     """Watch a mechanism move, with its moments and forces.
 
@@ -176,7 +171,7 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
 @options.repeated(
     "--limit", "limits", "NAME=VALUE", "Another limit with its unit, as residual_angle=3deg"
 )
-@click.option("--optimise-phases", is_flag=True, help="Judge the line with its best forks.")
+@options.flag("Judge the line with its best forks.", "--optimise-phases")
 @click.option("--teeth", type=click.IntRange(2), help="Forks can be turned by 360°/TEETH alone.")
 @options.written(
     "--page",
@@ -198,14 +193,12 @@ def view(source: str, file: Path | None, open_browser: bool, **given: Any) -> No
 )
 @options.head("project", "customer", "author", "revision", "date")
 @options.figures
-@click.option("--view", "watch", is_flag=True, help="Watch the line turn, in a browser.")
+@options.flag("Watch the line turn, in a browser.", "--view", "watch")
 @options.written("--export", "file", "Write the turning scene as one HTML file.")
-@click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --view.")
+@options.opens("Open a browser to --view.")
 @options.as_json("Print the verdict as JSON.")
-@click.option(
-    "--check", is_flag=True, help="Exit with 1 if a limit is missed, with 3 if rows are open."
-)
-@click.option("--schema", is_flag=True, help="Print the JSON schema of the files, and end.")
+@options.flag("Exit with 1 if a limit is missed, with 3 if rows are open.", "--check")
+@options.flag("Print the JSON schema of the files, and end.", "--schema")
 def driveline(source: str | None, **given: Any) -> None:
     """Hold a drive line against the rules of practice.
 
@@ -219,21 +212,15 @@ def driveline(source: str | None, **given: Any) -> None:
 @main.command()
 @options.source
 @options.speed("Speed of the drive [1/min].")
-@click.option(
+@options.repeated(
     "--clearance",
     "clearances",
-    multiple=True,
+    "[JOINT=]VALUE",
+    "Difference of the diameters of bush and pin [m], of one joint, or of all that have no other",
     required=True,
-    metavar="[JOINT=]VALUE",
-    help="Difference of the diameters of bush and pin [m], of one joint, or of all that have no "
-    "other; may be repeated.",
 )
-@click.option(
-    "--stiffness",
-    "stiffnesses",
-    multiple=True,
-    metavar="[JOINT=]VALUE",
-    help="Of a contact with its seat [N/m], likewise.",
+@options.repeated(
+    "--stiffness", "stiffnesses", "[JOINT=]VALUE", "Of a contact with its seat [N/m], likewise"
 )
 @click.option(
     "--pin",
@@ -262,29 +249,24 @@ def driveline(source: str | None, **given: Any) -> None:
     type=options.Quantity("inertia", "kg·m²"),
     help="Inertia that turns with a drive that gives way [kg·m²].",
 )
-@click.option(
-    "--verify", is_flag=True, help="Simulate joints that strike as well; takes seconds for each."
-)
-@click.option(
+@options.flag("Simulate joints that strike as well; takes seconds for each.", "--verify")
+@options.repeated(
     "--joint",
     "joints",
-    multiple=True,
-    metavar="JOINT",
-    help="Scan only these joints; a universal joint by its name, or by the link that is its cross.",
+    "JOINT",
+    "Scan only these joints; a universal joint by its name, or by the link that is its cross",
 )
-@click.option(
+@options.repeated(
     "--radius",
     "radii",
-    multiple=True,
-    metavar="[PIN=]VALUE",
-    help="Of a universal joint, from its centre to the bearings of its pins [m].",
+    "[PIN=]VALUE",
+    "Of a universal joint, from its centre to the bearings of its pins [m]",
 )
-@click.option(
+@options.repeated(
     "--bearing",
     "bearings",
-    multiple=True,
-    metavar="BEARING",
-    help="That has clearance in a universal joint, PIN+ or PIN-, or PIN for both; all if none.",
+    "BEARING",
+    "That has clearance in a universal joint, PIN+ or PIN-, or PIN for both; all if none",
 )
 @options.drive
 @options.near
@@ -307,13 +289,13 @@ def clearance(directory: Path | None, as_json: bool, **given: Any) -> None:
 
 @main.command()
 @click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--dry-run", is_flag=True, help="Tell the plan, from a few timed cases, and end.")
+@options.flag("Tell the plan, from a few timed cases, and end.", "--dry-run")
 @click.option("--workers", type=click.IntRange(1), help="Processes; one for each core without.")
 @click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler that computes instead.")
 @click.option("--store", metavar="PATH_OR_URL", help="Where results are kept, as the file says.")
-@click.option("--resume", is_flag=True, help="Go on with what is there.")
-@click.option("--retry", is_flag=True, help="Compute what failed once more.")
-@click.option("--verify", is_flag=True, help="Read all that is there, and say what is damaged.")
+@options.flag("Go on with what is there.", "--resume")
+@options.flag("Compute what failed once more.", "--retry")
+@options.flag("Read all that is there, and say what is damaged.", "--verify")
 def study(file: Path, **given: Any) -> None:
     """Compute results over parameters, into a Zarr store.
 

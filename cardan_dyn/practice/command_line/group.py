@@ -48,16 +48,15 @@ class Command(click.Command):
     """Takes a word instead of the three values of `--gravity`."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Let the word stand three times, as click counts values."""
-        spread: list[str] = []
-        for word in args:
-            if word == f"--gravity={DESCRIPTION}":
-                spread += ["--gravity", *[DESCRIPTION] * 3]
-            elif word == DESCRIPTION and spread[-1:] == ["--gravity"]:
-                spread += [DESCRIPTION] * 3
-            else:
-                spread.append(word)
-        return super().parse_args(ctx, spread)
+        """Take the word out before click counts values, where there is such an option."""
+        has_gravity = any(option.name == "gravity" for option in self.params)
+        for words in ([f"--gravity={DESCRIPTION}"], ["--gravity", DESCRIPTION]):
+            for at in range(len(args)) if has_gravity else ():
+                if args[at : at + len(words)] == words:
+                    rest = self.parse_args(ctx, args[:at] + args[at + len(words) :])
+                    ctx.params["gravity"] = DESCRIPTION
+                    return rest
+        return super().parse_args(ctx, args)
 
 
 def end_by(missed: object) -> None:

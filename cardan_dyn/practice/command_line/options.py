@@ -121,17 +121,18 @@ class Written(click.ParamType):  # type: ignore[type-arg, unused-ignore]
             return str(error)
 
 
-def repeated(flag: str, name: str, metavar: str, text: str) -> Decorator:
+def repeated(flag: str, name: str, metavar: str | None, text: str, **more: Any) -> Decorator:
     """Return an option that may be given several times; names of joints are completed.
 
     Args:
         flag: of the option, with its dashes.
         name: of the argument that gets the tuple of texts.
-        metavar: form of one of them, for the help.
+        metavar: form of one of them, for the help; that of its type if None.
         text: of the help, without a full stop.
+        more: of `click.option`.
     """
     complete = {"JOINT": names.complete_joint, "NAME": names.complete_limit}.get(
-        metavar.partition("=")[0].strip("[]")
+        (metavar or "").partition("=")[0].strip("[]")
     )
     return click.option(
         flag,
@@ -140,6 +141,7 @@ def repeated(flag: str, name: str, metavar: str, text: str) -> Decorator:
         metavar=metavar,
         help=f"{text}; may be repeated.",
         shell_complete=complete,
+        **more,
     )
 
 
@@ -176,9 +178,19 @@ def directory(flag: str, name: str, text: str, default: Path | None = None) -> D
     )
 
 
+def flag(text: str, *names: str) -> Decorator:
+    """Return an option without a value, by its names; `text` is its help."""
+    return click.option(*names, is_flag=True, help=text)
+
+
 def as_json(text: str) -> Decorator:
     """Return the flag that prints JSON; `text` is its help."""
-    return click.option("--json", "as_json", is_flag=True, help=text)
+    return flag(text, "--json", "as_json")
+
+
+def opens(text: str) -> Decorator:
+    """Return the flag by which a browser opens; `text` is its help."""
+    return click.option("--open/--no-open", "open_browser", default=True, help=text)
 
 
 def samples(default: int) -> Decorator:
@@ -226,27 +238,6 @@ def head(*names: str) -> Decorator:
     return add
 
 
-class _Gravity(Quantity):
-    """A component of gravity, or the word for that of the description."""
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> Any:
-        """Return a text in SI units, or the word."""
-        return value if value == DESCRIPTION else super().convert(value, param, ctx)
-
-
-def _gravity_given(
-    context: click.Context, option: click.Parameter, given: tuple[Any, ...] | None
-) -> Any:
-    """Return three values, or the word for that of the description, which stands three times."""
-    if given is None or DESCRIPTION not in given:
-        return given
-    if set(given) != {DESCRIPTION}:
-        raise click.BadParameter(f"{DESCRIPTION} stands alone", context, option)
-    return DESCRIPTION
-
-
 source = click.argument(
     "source", metavar="NAME_OR_FILE", shell_complete=names.complete_source(names.mechanisms)
 )
@@ -286,10 +277,9 @@ loads = repeated(
 )
 gravity = click.option(
     "--gravity",
-    type=_Gravity("acceleration", "m/s²"),
+    type=Quantity("acceleration", "m/s²"),
     nargs=3,
     metavar="X Y Z",
-    callback=_gravity_given,
     help="Free fall in world axes [m/s²]; `description` instead of three values takes the file's.",
 )
 strict = click.option(
@@ -298,6 +288,3 @@ strict = click.option(
     help="Refuse inertias that no body has, and misspelled words.",
 )
 figures = directory("--figures", "directory", "Directory for the figures as SVG and PNG.")
-open_browser = click.option(
-    "--open/--no-open", "open_browser", default=True, help="Open a browser."
-)

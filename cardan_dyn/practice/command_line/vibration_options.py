@@ -27,13 +27,7 @@ from .names import complete_joint
 @options.loads
 @options.gravity
 @options.speed("Range of speeds [1/min]; by the natural frequencies without.", nargs=2)
-@click.option(
-    "--order",
-    "orders",
-    type=float,
-    multiple=True,
-    help="Order to look at, cycles per revolution; may be repeated.",
-)
+@options.repeated("--order", "orders", None, "Order to look at, cycles per revolution", type=float)
 @options.figures
 @click.option(
     "--chart",
@@ -45,7 +39,7 @@ from .names import complete_joint
     "--mode", type=click.IntRange(1), help="Watch the mode of this number, larger than life."
 )
 @options.written("--export", "file", "With --mode: write it as one HTML file instead.")
-@click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --mode.")
+@options.opens("Open a browser to --mode.")
 @options.as_json("Print the critical speeds as JSON.")
 @options.strict
 def vibration(source: str, **given: Any) -> None:
