@@ -26,7 +26,7 @@ from .style import (
     sheet,
     wrapped,
 )
-from .wrenches import MARK, along, determined, sign_note, together
+from .wrenches import MARK, along, determined, sign_note, whole_of
 
 _AXES_OF = {
     "parent": "axes fixed in the parent",
@@ -191,11 +191,7 @@ def _diagrams(
     marked = _ends(at.values) if at.unit == "m" else _quarters(np.deg2rad(at.values))
     letter, unit = _UNITS[quantity]
     wrenches = [turn.wrench(joint, frame) for joint, frame in shown]
-    force, moment = (
-        max((float(np.max(np.abs(getattr(w, name)), initial=0.0)) for w in wrenches), default=0.0)
-        for name in ("force", "moment")
-    )
-    whole = together(force, moment, turn.mechanism.characteristic_length)[unit]
+    whole = whole_of(wrenches, turn.mechanism.characteristic_length)[unit]
     curves, opened = [], list[str]()
     for wrench in wrenches:
         in_plane = plane or across(wrench.axis if wrench.has_axis else np.eye(3)[2])

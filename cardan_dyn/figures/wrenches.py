@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -63,11 +63,7 @@ def wrench_panels(
             )
     wrenches = [turn[name] for name in joints]
     # A part of a wrench is rounding beside its whole, of which a moment is a force by a length.
-    whole = together(
-        _greatest(wrench.force for wrench in wrenches),
-        _greatest(wrench.moment for wrench in wrenches),
-        turn.mechanism.characteristic_length,
-    )
+    whole = whole_of(wrenches, turn.mechanism.characteristic_length)
     shown, small = (quantities, []) if quantities else _acting(wrenches, whole)
     opened = {(w.joint, name) for w in wrenches for name in shown if not determined(w, name)}
     # A joint has one name in all axes: its star and that of the quantity belong together.
@@ -142,6 +138,13 @@ def together(force: float, moment: float, length: float) -> dict[str, float]:
         length: at which forces act [m].
     """
     return {"N": max(force, moment / length), "N·m": max(moment, force * length)}
+
+
+def whole_of(wrenches: Iterable[Any], length: float) -> dict[str, float]:
+    """Return what `together` does of the greatest force and moment of wrenches."""
+    every = list(wrenches)
+    force, moment = (_greatest(getattr(of, name) for of in every) for name in PARTS)
+    return together(force, moment, length)
 
 
 def values_of(wrench: Any, quantity: str) -> Array:

@@ -16,20 +16,27 @@ from ...core.mechanics.exact import load
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.limits import briefly, exceeded
 from ...core.results.wrench import JointWrench
-from ...figures.wrenches import MARK, PARTS, QUANTITIES, determined, known_part, together, values_of
+from ...figures.wrenches import (
+    MARK,
+    PARTS,
+    QUANTITIES,
+    along,
+    determined,
+    known_part,
+    values_of,
+    whole_of,
+)
 from ...kit.arrays import NOTHING, Array
 from ...kit.checks import writing
-from ...kit.errors import ArgumentError, MissingExtraError, SimulationError
+from ...kit.errors import ArgumentError, MissingExtraError, SimulationError, choices
 from ...kit.quantities import column
 from ...motion.simulation.progress import INTERRUPTED
 from ...motion.simulation.trajectory import Trajectory
 from ...scene.scene import Scene
 from ...scene.usual_motion import (
-    UsualMotion,
     default_scene,
     driving,
     one_way,
-    slides,
     usual_motion,
 )
 from ..report.extremes import with_extremes
@@ -123,11 +130,29 @@ def sweep_of(
         asked["loads"] = None
     motion = usual_motion(mechanism, samples=samples, **asked)
     scene, at, said = motion.scene, motion.positions, motion.said
+    single, *others = scene.drives
+    if others and (ends or speed or acceleration):
+        raise ArgumentError(
+            "--range, --speed and --acceleration are of a single drive, and "
+            f"{choices(scene.drives)} are driven; hold all but one: "
+            f"{' '.join(f'--held {name}=…' for name in others[:2])}"
+        )
     if joints:
         scene = scene.replace(outputs=joints)
     if ends is not None:
-        at, said = _between(motion, ends, samples)
-    rates = _rates(motion, speed, acceleration, ends is not None)
+        low, high = ends_of(mechanism, single, ends)
+        from_to = (shown(mechanism, single, "position", end) for end in (low, high))
+        at, said = np.linspace(low, high, samples), f"{single} from {' to '.join(from_to)}"
+    goes_on = motion.turns or ends is not None
+    if (speed or acceleration) and not goes_on:
+        raise ArgumentError(
+            f"{single} goes there and back, which no constant speed does; say from where to "
+            "where it moves: --range FROM TO"
+        )
+    rates = {"speed": motion.speed if goes_on else 0.0, "acceleration": 0.0}
+    for what, text in (("speed", speed), ("acceleration", acceleration)):
+        if text is not None:
+            rates[what] = value_of(mechanism, single, what, text, f"--{what}")
     acting_one_way = one_way(scene, at, rates["speed"], one_ways)
     swept = scene.sweep(at, rates["speed"], rates["acceleration"], loads=acting_one_way)
     if not outputs.printed:
@@ -143,7 +168,9 @@ def sweep_of(
             )
             _print_extremes(swept, np.arange(samples), "sample", said)
         else:
-            _print_extremes(swept, *_over(swept, swept.drives[0]))
+            over = along(swept, single)
+            said = f"and at which of {samples} positions of {single} [{over.unit}]"
+            _print_extremes(swept, over.values, over.unit, said)
     outputs.write(swept, joints)
     end_by(exceeded(swept))
 
@@ -243,64 +270,14 @@ def _course(swept: Sweep, name: str) -> str:
     return f"from {first} to {last}, between {least} and {most}; at last {rate}"
 
 
-def _between(motion: UsualMotion, ends: tuple[str, str], samples: int) -> tuple[Array, str]:
-    """Return positions of a single drive between two ends, and what is said of them."""
-    drives = motion.scene.drives
-    if len(drives) > 1:
-        raise ArgumentError(
-            f"--range is of a single drive, and {', '.join(drives)} are driven; hold all but one: "
-            f"{' '.join(f'--held {name}=…' for name in drives[1:3])}"
-        )
-    of_drive = motion.scene.mechanism, drives[0], "position"
-    low, high = ends_of(*of_drive[:2], ends)
-    said = f"{drives[0]} from {shown(*of_drive, low)} to {shown(*of_drive, high)}"
-    return np.linspace(low, high, samples), said
-
-
-def _rates(
-    motion: UsualMotion, speed: str | None, acceleration: str | None, has_range: bool
-) -> dict[str, float]:
-    """Return speed and acceleration of the drive [rad/s or m/s, rad/s² or m/s²]."""
-    drives = motion.scene.drives
-    if len(drives) > 1 and (speed or acceleration):
-        raise ArgumentError(
-            "--speed and --acceleration are of a single drive; hold all but one: --held JOINT=VALUE"
-        )
-    if (speed or acceleration) and not (motion.turns or has_range):
-        raise ArgumentError(
-            f"{drives[0]} goes there and back, which no constant speed does; say from where to "
-            "where it moves: --range FROM TO"
-        )
-    rates = {"speed": motion.speed if motion.turns or has_range else 0.0, "acceleration": 0.0}
-    for what, text in (("speed", speed), ("acceleration", acceleration)):
-        if text is not None:
-            rates[what] = value_of(motion.scene.mechanism, drives[0], what, text, f"--{what}")
-    return rates
-
-
 def _speeds(mechanism: Mechanism, pairs: tuple[str, ...], option: str) -> dict[str, float]:
     """Return speeds [rad/s or m/s] from `JOINT=SPEED`."""
     return by_coordinate(mechanism, "speed", pairs, option, "JOINT=SPEED, as crank=1500rpm")
 
 
-def _over(swept: Sweep, name: str) -> tuple[Array, str, str]:
-    """Return the positions of a drive, their unit, and what is said of them."""
-    places, is_slide = swept.motion.position(name), slides(swept.mechanism, name)
-    unit = "m" if is_slide else "°"
-    return (
-        places if is_slide else np.rad2deg(places),
-        unit,
-        f"and at which of {len(swept)} positions of {name} [{unit}]",
-    )
-
-
 def _print_extremes(swept: Sweep, places: Array, unit: str, said: str) -> None:
     """Print the greatest force and moment of every joint, and where they occur."""
-    force, moment = (
-        float(np.nanmax([np.abs(getattr(of, name)) for of in swept.values()], initial=0.0))
-        for name in PARTS
-    )
-    scale = together(force, moment, swept.mechanism.characteristic_length)
+    scale = whole_of(swept.values(), swept.mechanism.characteristic_length)
     # Positions at which an angle passes through zero miss it by rounding.
     places = np.where(np.abs(places) <= NOTHING * np.max(np.abs(places)), 0.0, places)
     columns, headings, told = [list(swept)], ["joint"], ""
