@@ -47,6 +47,15 @@ def prefix(size: float, unit: str) -> tuple[float, str]:
     return 10.0**exponent, _PREFIXES[exponent] + unit
 
 
+def cleared(value: float, size: float = 1.0) -> float:
+    """Return a number, and 0 for what is rounding beside a size.
+
+    >>> cleared(-3e-17), cleared(-3e-17, size=1e-12)
+    (0.0, -3e-17)
+    """
+    return 0.0 if abs(value) <= NOTHING * size else value
+
+
 def column(values: Iterable[float], unit: str = "", digits: int = 4) -> tuple[list[str], str]:
     """Return numbers of one kind as texts with as many decimals, and the unit of all of them.
 
@@ -89,7 +98,7 @@ def amount(value: float, unit: str, digits: int = 4, size: float = 0.0) -> str:
     '0 mm'
     """
     scale, shown = prefix(max(abs(value), size), unit)
-    text = number(0.0 if abs(value) <= NOTHING * size else value / scale, digits)
+    text = number(cleared(value, size) / scale, digits)
     return f"{text}{'' if shown == '°' else ' '}{shown}".rstrip()
 
 
@@ -103,7 +112,7 @@ def span(low: float, high: float, unit: str = "", words: str = " … ") -> str:
         return amount(low, unit)
     size = max(abs(low), abs(high))
     scale, shown = prefix(size, unit)
-    ends = [number(0.0 if abs(end) <= NOTHING * size else end / scale) for end in (low, high)]
+    ends = [number(cleared(end, size) / scale) for end in (low, high)]
     if shown == "°":
         return words.join(f"{end}°" for end in ends)
     return f"{words.join(ends)} {shown}".rstrip()
@@ -118,7 +127,7 @@ def _fixed(value: float, decimals: int, greatest: float) -> str:
     """Return a number with so many decimals; what is nothing beside the greatest is 0."""
     if not math.isfinite(value):
         return NONE
-    if abs(value) <= NOTHING * greatest:
+    if not cleared(value, greatest):
         return "0"
     text = f"{value:.{decimals}f}"
     return text if float(text) else text.removeprefix("-")

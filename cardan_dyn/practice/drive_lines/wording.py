@@ -19,7 +19,7 @@ from typing import NamedTuple
 from ...kit.arrays import NOTHING
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, choices
-from ...kit.quantities import prefix
+from ...kit.quantities import cleared, prefix
 from ...kit.units import FOOT, HOUR, INCH, POUND, POUND_FORCE
 
 LANGUAGES = ("en", "de")
@@ -250,7 +250,7 @@ class Wording:
             return NONE
         if math.isinf(value):
             return f"{MINUS if value < 0.0 else ''}∞"
-        if abs(value) < NOTHING:
+        if not cleared(value):
             return "0"
         mantissa, _, power = f"{abs(value):.{digits - 1}e}".partition("e")
         exponent = int(power)
@@ -270,7 +270,7 @@ class Wording:
             digits: significant ones of numbers that no six digits say.
         """
         shown = value * self.measure(dimension).factor
-        if not math.isfinite(shown) or abs(shown) < NOTHING:
+        if not math.isfinite(shown) or not cleared(shown):
             return self.number(shown)
         mantissa = f"{abs(shown):.{GIVEN_DIGITS - 1}e}".partition("e")[0]
         is_said = math.isclose(float(f"{shown:.{GIVEN_DIGITS}g}"), shown, rel_tol=NOTHING)
@@ -289,24 +289,19 @@ class Wording:
     def quantity(self, value: float, dimension: str, digits: int = DIGITS) -> str:
         """Return a quantity [SI units] with its unit, to significant digits."""
         measure = self.measure(dimension)
-        shown = value * measure.factor
-        scale, unit = self._prefix(shown, measure.unit)
+        shown = cleared(value * measure.factor)
+        scale, unit = prefix(abs(shown), measure.unit)
         return self._followed(self.number(shown / scale, digits), unit)
 
     def given_quantity(self, value: float, dimension: str) -> str:
         """Return a quantity [SI units] that may be given, with its unit; see `given`."""
         measure = self.measure(dimension)
-        scale, unit = self._prefix(value * measure.factor, measure.unit)
+        scale, unit = prefix(abs(cleared(value * measure.factor)), measure.unit)
         return self._followed(self.given(value / scale, dimension, DIGITS), unit)
 
     def with_unit(self, number: str, dimension: str) -> str:
         """Return a number with the unit of a dimension, which no line break parts."""
         return self._followed(number, self.measure(dimension).unit)
-
-    @staticmethod
-    def _prefix(shown: float, unit: str) -> tuple[float, str]:
-        """Return what `prefix` does; what is nothing has none."""
-        return prefix(abs(shown), unit) if abs(shown) >= NOTHING else (1.0, unit)
 
     @staticmethod
     def _followed(number: str, unit: str) -> str:

@@ -10,7 +10,7 @@ from cardan_dyn.analytic.limits import Limit
 from cardan_dyn.analytic.rules import RULES
 
 from ....kit.arrays import NOTHING
-from ....kit.quantities import amount
+from ....kit.quantities import amount, cleared
 from ..wording import BY_UNIT, Wording
 
 PASS, FAIL, OPEN, STATED = "pass", "fail", "open", "stated"
@@ -179,5 +179,4 @@ def as_text(value: float, unit: str, units: str = "si") -> str:
     As on pages, what is rounding beside one of these units is 0.
     """
     measure = Wording(units=units).measure(BY_UNIT[unit])
-    shown = value * measure.factor
-    return amount(0.0 if abs(shown) < NOTHING else shown, measure.unit)
+    return amount(cleared(value * measure.factor), measure.unit)
