@@ -39,8 +39,9 @@ def over_column(
         ArgumentError: other axes than are needed.
     """
     curves: dict[str, dict[str, Array]] = {}
-    for name, column in columns.items():
-        values, unit = _in_degrees(*column)
+    for name, (values, unit) in columns.items():
+        if unit == "rad":
+            values, unit = np.rad2deg(values), "°"
         told = f"{name}{MARK if name in marked else ''}"
         curves.setdefault("" if unit == "1" else unit, {})[told] = values
     own = ylabel if len(curves) == 1 else ""
@@ -49,7 +50,3 @@ def over_column(
         for unit, drawn in curves.items()
     ]
     return stacked(at, panels, **options)
-
-
-def _in_degrees(values: Array, unit: str) -> Column:
-    return (np.rad2deg(values), "°") if unit == "rad" else (values, unit)

@@ -26,11 +26,10 @@ from .style import (
     Onto,
     abscissa,
     in_look,
-    ordinate,
-    ordinates,
     plain,
     point_style,
     rows_of,
+    shaped,
     sheet,
     speeds,
     width_of,
@@ -71,10 +70,8 @@ def campbell(
         ArgumentError: shapes that do not match, or orders that are no numbers.
     """
     at = speeds(speed)
-    modes = ordinates("frequency", frequency, at.values)
-    sides = np.zeros(modes.shape) if whirl is None else np.asarray(whirl, dtype=float)
-    if sides.shape != modes.shape:
-        raise ArgumentError(f"whirl has shape {sides.shape}, expected {modes.shape} as frequency")
+    modes = shaped("frequency", frequency, len(at.values), "m")
+    sides = np.zeros(modes.shape) if whirl is None else shaped("whirl", whirl, *modes.shape)
     drawn = sheet(**onto)
     (axes,) = drawn.panels
     swinging = np.where(modes > 0.0, modes, np.nan) / (2.0 * np.pi)
@@ -184,7 +181,7 @@ def orders_over_speed(
     at, given = speeds(speed), phases or {}
     drawn = sheet(2 if given else 1, share_x=True, **onto)
     above, below = drawn.panels[0], drawn.panels[-1]
-    lines = {name: ordinate(name, values, at.values) for name, values in amplitudes.items()}
+    lines = {name: shaped(name, values, len(at.values)) for name, values in amplitudes.items()}
     sizes = {name: float(np.nanmax(np.abs(line), initial=0.0)) for name, line in lines.items()}
     greatest = max(sizes.values(), default=0.0)
     least = LEAST_SHOWN * greatest if logarithmic else 0.0
@@ -192,7 +189,7 @@ def orders_over_speed(
     for index, name in enumerate(kept):
         at.draw(above, {name: lines[name]}, index)
         if name in given:
-            phase = np.unwrap(ordinate(name, given[name], at.values))
+            phase = np.unwrap(shaped(name, given[name], len(at.values)))
             at.draw(below, {name: np.rad2deg(phase)}, index, label="")
     places = {name: place * PER_MINUTE for name, place in (critical or {}).items()}
     # Axes fill about three quarters of a figure.

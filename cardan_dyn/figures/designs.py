@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..kit.arrays import Array
 from ..kit.errors import ArgumentError
-from ..kit.quantities import amount, column, prefix
+from ..kit.quantities import amount, column, prefix, unit_of
 from .style import (
     SMALL,
     Figure,
@@ -18,8 +18,8 @@ from .style import (
     abscissa,
     in_look,
     line_style,
-    ordinate,
     plain,
+    shaped,
     sheet,
     shorten,
     wrapped,
@@ -94,7 +94,7 @@ def contour_map(
     across, up, cells = _over_two(x, y, values)
     if min(cells.shape) < 2 or not np.any(np.isfinite(cells)):
         raise ArgumentError(f"contours need values over two by two points, not {cells.shape}")
-    words, unit = _unit_of(labels[2])
+    words, unit = unit_of(labels[2])
     scale, shown = prefix(float(np.nanmax(np.abs(cells))), unit)
     words = f"{words} [{shown}]" if unit else words
     told = words, onto.get("title", ""), _limit_in_words(cells, limit, labels[2])
@@ -118,24 +118,15 @@ def contour_map(
     return drawn.finish()
 
 
-def _unit_of(label: str) -> tuple[str, str]:
-    """Return the words of a label, and its unit; empty if it has none."""
-    words, bracket, unit = label.removesuffix("]").rpartition(" [")
-    return (words, unit) if bracket and label.endswith("]") else (label, "")
-
-
 def _joined(*parts: str) -> str:
     return ", ".join(part for part in parts if part)
 
 
 def _name_missing(axes: Any, cells: Array) -> None:
     """Say in the legend that grey is what has no value."""
-    if np.all(np.isfinite(cells)):
-        return
-    missing = int(np.count_nonzero(~np.isfinite(cells)))
-    axes.fill(
-        [], [], facecolor=_MISSING, edgecolor="0.5", label=f"no result: {missing} of {cells.size}"
-    )
+    if missing := int(np.count_nonzero(~np.isfinite(cells))):
+        label = f"no result: {missing} of {cells.size}"
+        axes.fill([], [], facecolor=_MISSING, edgecolor="0.5", label=label)
 
 
 def _limit_in_words(cells: Array, limit: float | None, label: str) -> str:
@@ -146,7 +137,7 @@ def _limit_in_words(cells: Array, limit: float | None, label: str) -> str:
     beyond = finite > limit
     where = " exceeded everywhere" if beyond.all() else "" if beyond.any() else " nowhere exceeded"
     known = " where there is a result" if where and finite.size < cells.size else ""
-    return f"limit {amount(limit, _unit_of(label)[1])}{where}{known}"
+    return f"limit {amount(limit, unit_of(label)[1])}{where}{known}"
 
 
 def _draw_limit(
@@ -166,11 +157,7 @@ def _draw_limit(
 
 def _over_two(x: ArrayLike, y: ArrayLike, values: ArrayLike) -> tuple[Array, Array, Array]:
     across, up = abscissa("x", x), abscissa("y", y)
-    cells = np.asarray(values, dtype=float)
-    if cells.shape != (len(across), len(up)):
-        raise ArgumentError(
-            f"values have shape {cells.shape}, expected (N, M) = {(len(across), len(up))}"
-        )
+    cells = shaped("values", values, len(across), len(up))
     order, upwards = np.argsort(across), np.argsort(up)
     return across[order], up[upwards], cells[np.ix_(order, upwards)]
 
@@ -259,11 +246,11 @@ def scatter(
     for index, (name, given) in enumerate(parameters.items()):
         at = abscissa(name, given)
         panels[index].plot(
-            at, ordinate(label, values, at), ".", markersize=3, color=line_style(0)["color"]
+            at, shaped(label, values, len(at)), ".", markersize=3, color=line_style(0)["color"]
         )
         panels[index].set_xlabel(wrapped(plain(name), drawn.figure.get_figwidth() / columns - 0.4))
         panels[index].locator_params(axis="x", nbins=3)  # More of them run into each other.
-        _, unit = _unit_of(name)
+        _, unit = unit_of(name)
         if prefix(float(np.max(np.abs(at))), unit) == (1.0, unit):
             # A common power of ten at the end of the axis would stand on its label.
             panels[index].xaxis.set_major_formatter("{x:.3g}")
@@ -297,8 +284,8 @@ def parallel_coordinates(
     names = list(columns)
     if len(names) < 2:
         raise ArgumentError("parallel coordinates need two columns at least")
-    first = np.asarray(columns[names[0]], dtype=float)
-    table = np.stack([ordinate(name, columns[name], first) for name in names], axis=1)
+    count = np.size(columns[names[0]])
+    table = np.stack([shaped(name, columns[name], count) for name in names], axis=1)
     table = table[np.all(np.isfinite(table), axis=1)]
     if not len(table):
         raise ArgumentError("no case has numbers in all columns")
@@ -322,7 +309,7 @@ def parallel_coordinates(
     labels = []
     for place, (name, least, most) in enumerate(zip(names, low, low + span, strict=True)):
         axes.axvline(place, color="0.35", linewidth=0.9)
-        words, unit = _unit_of(name)
+        words, unit = unit_of(name)
         ends, unit = column([least, most], unit)
         labels.append(f"{words} [{unit}]" if unit else name)
         for height, text, side in ((0.0, ends[0], "top"), (1.0, ends[1], "bottom")):
@@ -333,7 +320,7 @@ def parallel_coordinates(
     axes.set_ylim(-0.08, 1.08)
     axes.grid(visible=False)
     axes.spines["left"].set_visible(False)
-    words, unit = _unit_of(names[-1])
+    words, unit = unit_of(names[-1])
     note = f"a line is a case; dark where {plain(words)} is small, bright where it is great"
     note += f", dashed beyond {amount(limit, unit)}" if limit is not None else ""
     return drawn.finish(note=note)

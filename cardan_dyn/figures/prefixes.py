@@ -9,7 +9,7 @@ import matplotlib
 import numpy as np
 from matplotlib.ticker import ScalarFormatter
 
-from ..kit.quantities import prefix
+from ..kit.quantities import prefix, unit_of
 
 
 class _Label(NamedTuple):
@@ -63,11 +63,11 @@ class PrefixFormatter(ScalarFormatter):
         known: dict[Any, _Label] = {}
         for axis, former in self._labels.items():
             text = axis.get_label_text()
-            head, bracket, unit = text.removesuffix("]").rpartition("[")
+            unit = unit_of(text)[1]
             if text != former.text:
                 if unit and unit == former.shown:
                     return  # Other words for the numbers as they are.
-                former = _Label(text, head, unit if bracket and text.endswith("]") else "")
+                former = _Label(text, text.removesuffix(f"[{unit}]"), unit)
             known[axis] = former
         # An axis without a label is told by those that share its numbers.
         named = {axis: label for axis, label in known.items() if label.text}

@@ -18,6 +18,7 @@ from ..kit.arrays import NOTHING, Array
 from ..kit.checks import described, file_path, writing
 from ..kit.checks import names as checked_names
 from ..kit.errors import ArgumentError, MissingExtraError
+from ..kit.quantities import unit_of
 
 Figure = Any
 """A `matplotlib.figure.Figure`."""
@@ -341,7 +342,7 @@ def heading(figure: Figure, title: str) -> None:
     figure.suptitle(wrapped(title, figure.get_figwidth(), TITLE_SIZE), fontsize=TITLE_SIZE)
     layout = figure.get_layout_engine()
     if layout is not None:
-        # Titles of polar axes rise above their labels after room was left for them.
+        # Titles of axes that have two lines would touch it.
         layout.set(h_pad=0.08)
 
 
@@ -557,8 +558,7 @@ class Abscissa(NamedTuple):
     @property
     def unit(self) -> str:
         """Its unit, as it follows a number."""
-        _, _, rest = self.label.rpartition("[")
-        return rest.removesuffix("]") if rest.endswith("]") and "[" in self.label else ""
+        return unit_of(self.label)[1]
 
     def style(self, index: int) -> dict[str, Any]:
         """Return how the values with this index are drawn: as points if in no order.
@@ -588,7 +588,7 @@ class Abscissa(NamedTuple):
         drawn = []
         for index, (name, values) in enumerate(curves.items(), first):
             style = {**self.style(index), "label": plain(name), **line}
-            drawn += panel.plot(self.values, ordinate(name, values, self.values), **style)
+            drawn += panel.plot(self.values, shaped(name, values, len(self.values)), **style)
         return drawn
 
     def name(self, panel: Axes) -> None:
@@ -669,32 +669,17 @@ def abscissa(name: str, values: ArrayLike) -> Array:
     return course
 
 
-def ordinates(name: str, values: ArrayLike, at: Array, count: int | None = None) -> Array:
-    """Return curves `(N, m)` over an abscissa, a column for each.
-
-    Args:
-        name: how messages call them.
-        values: of the curves.
-        at: the abscissa `(N,)`.
-        count: m, if it is known.
+def shaped(name: str, values: ArrayLike, *shape: int | str) -> Array:
+    """Return values as numbers of a shape, in which a letter is any length.
 
     Raises:
         ArgumentError: they have another shape.
     """
-    lines = np.asarray(values, dtype=float)
-    if lines.ndim != 2 or len(lines) != len(at) or count not in (None, lines.shape[1]):
-        expected = f"({len(at)}, {'m' if count is None else count})"
-        raise ArgumentError(f"{name!r} has shape {lines.shape}, expected {expected}")
-    return lines
-
-
-def ordinate(name: str, values: ArrayLike, at: Array) -> Array:
-    """Return a curve over an abscissa.
-
-    Raises:
-        ArgumentError: it has another shape.
-    """
-    line = np.asarray(values, dtype=float)
-    if line.shape != at.shape:
-        raise ArgumentError(f"{name!r} has shape {line.shape}, expected {at.shape}")
-    return line
+    found = np.asarray(values, dtype=float)
+    lengths = [
+        given if isinstance(n, str) else n for n, given in zip(shape, found.shape, strict=False)
+    ]
+    if found.shape != (*lengths,) or len(lengths) != len(shape):
+        expected = ", ".join(map(str, shape)) + "," * (len(shape) == 1)
+        raise ArgumentError(f"{name!r} has shape {found.shape}, expected ({expected})")
+    return found

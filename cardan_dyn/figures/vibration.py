@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kit.arrays import NOTHING
-from ..kit.errors import ArgumentError
 from .critical_speeds import interval_style
 from .style import (
     GUIDE,
@@ -23,11 +22,10 @@ from .style import (
     abscissa,
     in_look,
     line_style,
-    ordinate,
-    ordinates,
     over,
     plain,
     point_style,
+    shaped,
     sheet,
     speeds,
 )
@@ -55,7 +53,7 @@ def over_revolution(
         ArgumentError: shapes that do not match.
     """
     at = _positions(position)
-    courses = ordinates("values", values, at.values, len(names))
+    courses = shaped("values", values, len(at.values), len(names))
     drawn = sheet(**onto)
     (axes,) = drawn.panels
     at.draw(axes, dict(zip(names, courses.T, strict=True)))
@@ -88,10 +86,7 @@ def coefficients(
     count = len(matrices)
     drawn = sheet(count, size=(7.2, 1.4 + 2.4 * count), share_x=True, **onto)
     for panel, (what, given) in zip(drawn.panels, matrices.items(), strict=True):
-        values = np.asarray(given, dtype=float)
-        expected = (len(at.values), size, size)
-        if values.shape != expected:
-            raise ArgumentError(f"{what} has shape {values.shape}, expected {expected}")
+        values = shaped(what, given, len(at.values), size, size)
         least = NOTHING * float(np.max(np.abs(values), initial=0.0))
         for index, entry in enumerate(values.reshape(len(values), -1).T):
             if np.max(np.abs(entry)) > least:
@@ -122,9 +117,7 @@ def orbits(
     drawn = sheet(size=(5.6, 5.6), **onto)
     (axes,) = drawn.panels
     for index, (name, given) in enumerate(paths.items()):
-        path = np.asarray(given, dtype=float)
-        if path.ndim != 2 or path.shape[1] != 2 or not len(path):
-            raise ArgumentError(f"path {name!r} has shape {path.shape}, expected (N, 2)")
+        path = shaped(name, given, "N", 2)
         axes.plot(path[:, 0], path[:, 1], **line_style(index), label=plain(name))
         axes.plot(*path[:1].T, **{**point_style(index), "marker": "o"})
     axes.set_aspect("equal", adjustable="datalim")
@@ -158,7 +151,7 @@ def run_up(
     at = speeds(speed, "")
     drawn = sheet(**onto)
     (axes,) = drawn.panels
-    course = ordinate("values", values, at.values)
+    course = shaped("values", values, len(at.values))
     axes.plot(at.values, course, color="0.6", linewidth=0.7, label="simulated")
     for index, (name, (places, heights)) in enumerate((predicted or {}).items()):
         curve = speeds(places, "").draw(axes, {name: heights}, index)[0]
@@ -194,9 +187,9 @@ def torque_over_speed(
     at = speeds(speed, "")
     drawn = sheet(**onto)
     (axes,) = drawn.panels
-    at.draw(axes, {"absorbed": ordinate("torque", torque, at.values)})
+    at.draw(axes, {"absorbed": shaped("torque", torque, len(at.values))})
     if available is not None:
-        at.draw(axes, {"of the drive": ordinate("available", available, at.values)}, 1)
+        at.draw(axes, {"of the drive": shaped("available", available, len(at.values))}, 1)
     for index, (place, height) in enumerate(barriers):
         label = "" if index else "barrier"
         axes.plot(place * PER_MINUTE, height, **point_style(2), label=label or None)
@@ -228,7 +221,7 @@ def multipliers(
         ArgumentError: shapes that do not match.
     """
     at = speeds(speed)
-    every = ordinates("sizes", sizes, at.values)
+    every = shaped("sizes", sizes, len(at.values), "m")
     drawn = sheet(**onto)
     (axes,) = drawn.panels
     at.draw(axes, {f"multiplier {index}": size for index, size in enumerate(every.T, 1)})

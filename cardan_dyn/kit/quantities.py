@@ -118,6 +118,12 @@ def span(low: float, high: float, unit: str = "", words: str = " … ") -> str:
     return f"{words.join(ends)} {shown}".rstrip()
 
 
+def unit_of(label: str) -> tuple[str, str]:
+    """Return the words of a label, and its unit; empty if it has none."""
+    words, bracket, unit = label.removesuffix("]").rpartition("[")
+    return (words.rstrip(), unit) if bracket and label.endswith("]") else (label, "")
+
+
 def _exponent(size: float, digits: int) -> int:
     """Return the power of ten of the first digit of a number that is written with so many."""
     return int(f"{size:.{digits - 1}e}".partition("e")[2])

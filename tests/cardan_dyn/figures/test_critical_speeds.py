@@ -164,7 +164,7 @@ def test_stability_chart_draws_every_interval() -> None:
         (lambda: campbell(SPEED, SPEED), r"'frequency' has shape \(31,\)"),
         (
             lambda: campbell(SPEED, SPEED[:, None], whirl=[1.0]),
-            "whirl has shape",
+            "'whirl' has shape",
         ),
         (lambda: campbell([np.nan], [[1.0]]), "speed has shape"),
         (

@@ -191,16 +191,16 @@ def test_the_first_drive_is_the_default(joint_turn: cd.Sweep) -> None:
 def test_curves_over_an_abscissa() -> None:
     at = style.abscissa("speed", [1, 2, 3])
     assert at.tolist() == [1.0, 2.0, 3.0]
-    assert style.ordinate("line", [1, 2, 3], at).dtype == float
-    assert style.ordinates("lines", np.ones((3, 2)), at).shape == (3, 2)
-    assert style.ordinates("lines", np.ones((3, 2)), at, 2).shape == (3, 2)
+    assert style.shaped("line", [1, 2, 3], 3).dtype == float
+    assert style.shaped("lines", np.ones((3, 2)), 3, "m").shape == (3, 2)
+    assert style.shaped("lines", np.ones((3, 2)), 3, 2).shape == (3, 2)
     for call, message in (
         (lambda: style.abscissa("speed", [1.0, np.nan]), "speed has shape"),
         (lambda: style.abscissa("speed", []), "speed has shape"),
-        (lambda: style.ordinate("line", [[1, 2, 3]], at), r"'line' has shape \(1, 3\)"),
-        (lambda: style.ordinates("lines", [1, 2, 3], at), r"'lines' has shape \(3,\)"),
-        (lambda: style.ordinates("lines", np.ones((2, 3)), at), r"expected \(3, m\)"),
-        (lambda: style.ordinates("lines", np.ones((3, 1)), at, 2), r"expected \(3, 2\)"),
+        (lambda: style.shaped("line", [[1, 2, 3]], 3), r"'line' has shape \(1, 3\)"),
+        (lambda: style.shaped("lines", [1, 2, 3], 3, "m"), r"'lines' has shape \(3,\)"),
+        (lambda: style.shaped("lines", np.ones((2, 3)), 3, "m"), r"expected \(3, m\)"),
+        (lambda: style.shaped("lines", np.ones((3, 1)), 3, 2), r"expected \(3, 2\)"),
     ):
         with pytest.raises(cd.ArgumentError, match=message):
             call()

@@ -91,10 +91,10 @@ def test_multipliers_stand_before_the_intervals_between_their_speeds() -> None:
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda: orbits({"a": SPEED}, labels=("", "")), "path 'a' has shape"),
+        (lambda: orbits({"a": SPEED}, labels=("", "")), "'a' has shape"),
         (lambda: run_up(SPEED, [1.0], unit="m"), "'values' has shape"),
         (lambda: over_revolution(SPEED, SPEED, ("a",)), "'values' has shape"),
-        (lambda: vibration.coefficients(SPEED, {"mass": SPEED}, ("a",)), "mass has shape"),
+        (lambda: vibration.coefficients(SPEED, {"mass": SPEED}, ("a",)), "'mass' has shape"),
         (lambda: vibration.multipliers(SPEED, SPEED), "'sizes' has shape"),
         (lambda: vibration.torque_over_speed(SPEED, [1.0]), "'torque' has shape"),
     ],
