@@ -106,7 +106,7 @@ OFFERED = {
     "results.point_motion": ("Points", "motions_of"),
     "results.prescribed": ("MotionResult", "Prescribed"),
     "results.result": ("Result",),
-    "results.sweep": ("FRAMES",),
+    "results.sweep": ("FRAMES", "coupling_unit"),
     "results.table": ("SUFFIXES", "Table", "Variable"),
     "results.wrench": ("WITHOUT_AXIS",),
 }

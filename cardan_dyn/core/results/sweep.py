@@ -864,7 +864,7 @@ def _found(sweep: Sweep, motion: bool) -> Iterator[tuple[str, Variable]]:
         values = np.stack(list(holding.values()), axis=-1)
         yield "holding_effort", Variable((*dims, "held"), values, units, "effort that holds it")
     if moments := sweep.coupling_moment:
-        units = tuple(_coupling_unit(sweep, name) for name in moments)
+        units = tuple(coupling_unit(sweep, name) for name in moments)
         label = "effort on the joint of the coupling's successor"
         values = np.stack(list(moments.values()), axis=-1)
         yield "coupling_moment", Variable((*dims, "coupling"), values, units, label)
@@ -974,7 +974,7 @@ def _element_names(sweep: Sweep) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _coupling_unit(sweep: Sweep, name: str) -> str:
+def coupling_unit(sweep: Sweep, name: str) -> str:
     """Return the unit of what a coupling exerts on its successor's joint, a slide or a rotation."""
     mechanism = sweep.mechanism
     (coupling,) = (item for item in mechanism.couplings if item.name == name)

@@ -102,25 +102,26 @@ def case_of(
         low, high = motion.box[0].tolist()
         positions = np.linspace(low, high, samples)
         rate = speed or 0.0
+    single, *others = scene.drives
+    if others and (interval is not None or speed is not None):
+        raise ArgumentError(
+            "a range and a speed are those of a single drive; hold all but one of them"
+        )
     if interval is not None:
         low, high = interval
-        where = slides(scene.mechanism, scene.drives[0])
-        if len(scene.drives) > 1:
-            raise ArgumentError("a range is that of a single drive; hold all but one of them")
+        where = slides(scene.mechanism, single)
         if not low < high:
             raise ArgumentError(
                 f"the range from {place(low, where)} to {place(high, where)} is empty"
             )
         positions, rate = np.linspace(low, high, samples), motion.speed if speed is None else speed
-        remarks = [f"As asked: {scene.drives[0]} from {place(low, where)} to {place(high, where)}."]
-    if len(scene.drives) > 1 and speed is not None:
-        raise ArgumentError("a speed is that of a single drive; hold all but one of them")
+        remarks = [f"As asked: {single} from {place(low, where)} to {place(high, where)}."]
 
     def solved(positions: Array) -> Sweep:
         loads = one_way(scene, positions, rate, ways or {})
         return scene.sweep(positions, speed=rate, loads=loads)
 
-    if len(scene.drives) > 1:
+    if others:
         box = None if ways else motion.box
         return Case(mechanism, solved(positions), tuple(remarks), box, ways=ways or {})
     try:

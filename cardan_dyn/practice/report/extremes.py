@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ from ...core.description.origins import PREFIX
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.elements.link_loads import Wrench
 from ...core.results.lost_digits import lost_part
-from ...core.results.sweep import Sweep
+from ...core.results.sweep import Sweep, coupling_unit
 from ...figures.wrenches import QUANTITIES, determined, values_of
 from ...kit.arrays import BLOCK_SIZE, EPS, NOTHING, ROUNDED, Array
 from ...kit.errors import CardanError, ModelError
@@ -233,26 +234,22 @@ def _fixed_case(sweep: Sweep) -> tuple[dict[str, Any], str]:
         return {}, "joints are free to move between them"
     if len(sweep.coordinates) != 1:
         return {}, "several drives move, and which way from sample to sample is not known"
-    rates: dict[str, Any] = {"speed": sweep.speed, "acceleration": sweep.acceleration}
-    rates["time"] = sweep.time
-    given: dict[str, dict[str, Any]] = {"held": {}, "loads": {}, "inertia": {}}
-    for what, found in given.items():
-        found.update(getattr(sweep, what))
+    rates = {name: getattr(sweep, name) for name in ("speed", "acceleration", "time")}
+    given = {name: dict(getattr(sweep, name)) for name in ("held", "loads", "inertia")}
     every = [(rates, name, name) for name in rates]
     every += [(part, name, f"{what} {name}") for what, part in given.items() for name in part]
+    gravity, differing = np.reshape(sweep.gravity, (-1, 3)), []
     for part, name, said in every:
         value = part[name]
         if isinstance(value, Wrench):
-            if np.ndim(value.force) > 1 or np.ndim(value.moment) > 1:
-                return {}, f"{said} differs from sample to sample"
-            continue
-        each = np.ravel(np.asarray(value, dtype=float))
-        if np.any(each != each[0]):
-            return {}, f"{said} differs from sample to sample"
-        part[name] = float(each[0])
-    gravity = np.reshape(sweep.gravity, (-1, 3))
-    if np.any(gravity != gravity[0]):
-        return {}, "gravity differs from sample to sample"
+            varies = max(np.ndim(value.force), np.ndim(value.moment)) > 1
+        else:
+            part[name] = float(np.ravel(value)[0])
+            varies = bool(np.any(value != part[name]))
+        differing += [said] * varies
+    differing += ["gravity"] * bool(np.any(gravity != gravity[0]))
+    if differing:
+        return {}, f"{differing[0]} differs from sample to sample"
     return {**rates, "gravity": gravity[0], **{k: part or None for k, part in given.items()}}, ""
 
 
@@ -274,15 +271,12 @@ def _range(sweep: Sweep, solver: ProblemSolver) -> tuple[tuple[float, float], in
     slack = NOTHING * around - NOTHING * low
     if len(at) > 2 and closes and abs(around - low - turn * closes) <= slack:
         high = low + turn * closes if np.ptp(steps) <= slack else high
+    period = np.inf
     if high - low > turn * (1.0 - NOTHING):
-        try:
-            period = solver.assembly.period()
-        except CardanError:
-            period = None
-        high = min(high, low + (period or np.inf))
-        is_turn = period is not None and high - low > period * (1.0 - NOTHING)
-    else:
-        is_turn = False
+        with suppress(CardanError):
+            period = solver.assembly.period() or np.inf
+    high = min(high, low + period)
+    is_turn = high - low > period * (1.0 - NOTHING)
     count = int(np.ceil((high - low) / turn * 2 * DEGREE))
     if count * DEGREE > MOST:
         raise ModelError(f"{(high - low) / turn:.4g} turns do not bring it back to where it was")
@@ -313,22 +307,15 @@ def quantities_of(sweep: Sweep) -> Iterator[Quantity]:
     for name in sweep.holding_effort:
         if not name.startswith(PREFIX):
             yield Quantity(name, "holding effort", units[name], True)
-    for name, unit in _coupling_units(sweep).items():
-        yield Quantity(name, "coupling effort", unit, sweep.coupling_unique[name])
+    for name in sweep.coupling_moment:
+        is_unique = sweep.coupling_unique[name]
+        yield Quantity(name, "coupling effort", coupling_unit(sweep, name), is_unique)
     for index, element in enumerate(sweep.elements):
         for item in element.quantities:
             if not item.components:
                 unit = str(item.units or units.get(element.joints[0], "N·m"))
                 owner = element.name or f"elements[{index}]"
                 yield Quantity(owner, item.field, unit, True, index)
-
-
-def _coupling_units(sweep: Sweep) -> dict[str, str]:
-    """Return couplings and the units of their efforts, as the table of the sweep tells them."""
-    names = tuple(sweep.coupling_moment)
-    if not names:
-        return {}
-    return dict(zip(names, sweep.table(motion=False).units["coupling_unit"][1], strict=True))
 
 
 class Search(NamedTuple):
@@ -400,10 +387,7 @@ class Search(NamedTuple):
         """
         even = np.linspace(*self.ends, self.panels * DEGREE // 2 + 1)
         first = self.solved(even)
-        values, is_size = (
-            _values(quantities, first),
-            np.array([q.name in SIZES for q in quantities]),
-        )
+        values, is_size = _values(quantities, first), np.isin([q.name for q in quantities], SIZES)
         rounding = _Rounding.of(first, quantities, values)
         inside = (self.known >= self.ends[0]) & (self.known <= self.ends[1])
         at = np.concatenate([self.known[inside], even])
@@ -457,20 +441,19 @@ def _uphill(
     grid = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, count)
 
     def told(positions: Array) -> tuple[Array, Array]:
-        """Return which of positions are within reach, and quantities there."""
+        """Return which of positions are within reach, and quantities there, which are kept."""
+        nonlocal at, samples
         within = scene.reachable(positions)
         found = np.full((len(positions), 2 * len(quantities)), -np.inf)
         if within.any():
             values = _values(quantities, scene.sweep(positions[within]))
             found[within] = np.concatenate([values, -values], axis=1)
+            at = np.concatenate([at, positions[within]])
+            samples = np.concatenate([samples, values])
         return within, found
 
     try:
-        within, values = told(grid)
-        at, samples = (
-            np.concatenate([at, grid[within]]),
-            np.concatenate([samples, values[within, : len(quantities)]]),
-        )
+        within, _ = told(grid)
         covered += f" and {within.sum()} of {len(grid)} positions of a grid over all ranges"
         both = np.concatenate([samples, -samples], axis=1)
         place, top = at[both.argmax(axis=0)], both.max(axis=0)
@@ -483,8 +466,6 @@ def _uphill(
             around = np.clip(around, box[:, 0], box[:, 1])
             distinct, back = np.unique(around.reshape(-1, count), axis=0, return_inverse=True)
             within, values = told(distinct)
-            at = np.concatenate([at, distinct[within]])
-            samples = np.concatenate([samples, values[within, : len(quantities)]])
             back = back.reshape(around.shape[:2])
             beside = values[back, climbing[:, None]]
             best = beside.argmax(axis=1)

@@ -135,7 +135,7 @@ def test_what_was_asked_is_computed() -> None:
         case_of(cd.load("four_bar"), interval=(0.4, 0.1))
     with pytest.raises(cd.ArgumentError, match="single drive"):
         case_of(cd.load("stewart_platform"), interval=(0.0, 0.1))
-    with pytest.raises(cd.ArgumentError, match="a speed is that of a single drive"):
+    with pytest.raises(cd.ArgumentError, match="a speed are those of a single drive"):
         case_of(cd.load("stewart_platform"), speed=1.0)
     with pytest.raises(cd.ModelError, match="crank"):
         case_of(cd.load("four_bar"), drive=("crank",))
