@@ -9,16 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...drive_lines import Analysis
-from ...figures.style import (
-    Axes,
-    Figure,
-    angle_axis,
-    curve_style,
-    in_look,
-    line_style,
-    plain,
-    sheet,
-)
+from ...figures.style import Abscissa, Axes, Figure, Sheet, in_look, line_style, plain, sheet
 from ...kit.arrays import NOTHING, Array
 from ...kit.periodic import amplitudes
 from ..drive_lines.drawing import LINE_PITCH, SMALL, WIDTH
@@ -51,19 +42,18 @@ def forces(analysis: Analysis, wording: Wording) -> Figure:
     """Draw bending moments on both sides of the joints, and forces across the shafts."""
     total = analysis.total
     torque, force = (wording.measure(name).factor for name in ("torque", "force"))
-    names = [
-        *(wording("{joint}, before", joint=name) for name in analysis.joints),
-        *(wording("{joint}, behind", joint=name) for name in analysis.joints),
-    ]
-    bending = np.concatenate([total.bending_in, total.bending_out], axis=1)
-    panels: list[tuple[str, Sequence[str], Array]] = [
-        (wording("bending moment") + wording.unit("torque"), names, bending * torque)
-    ]
+    sides = ("{joint}, before", "{joint}, behind")
+    names = [wording(side, joint=name) for side in sides for name in analysis.joints]
+    bending = np.concatenate([total.bending_in, total.bending_out], axis=1) * torque
     radial = total.bearing_radial * force
-    panels.append(
-        (wording("bearing force across") + wording.unit("force"), analysis.bearings, radial)
+    return _over_turn(
+        analysis,
+        wording,
+        [
+            (wording("bending moment") + wording.unit("torque"), names, bending),
+            (wording("bearing force across") + wording.unit("force"), analysis.bearings, radial),
+        ],
     )
-    return _over_turn(analysis, wording, panels)
 
 
 def has_orders(analysis: Analysis) -> bool:
@@ -87,17 +77,12 @@ def orders(analysis: Analysis, wording: Wording) -> Figure:
     # Both half axes of the ellipse have the sum and the difference of these as their squares.
     sums = (np.abs(across) ** 2).sum(axis=-1) + np.abs((across**2).sum(axis=-1))
     sizes = np.sqrt(sums / 2.0) * wording.measure("force").factor
-    height = max(_height(analysis.shafts[1:]), _height(analysis.bearings))
-    drawn = sheet(2, size=(WIDTH, 2 * height), share_x=True)
-    for panel, label, names, values in (
-        (drawn.panels[0], wording("angle error") + " [°]", analysis.shafts[1:], errors),
-        (
-            drawn.panels[1],
-            wording("bearing force across") + wording.unit("force"),
-            analysis.bearings,
-            sizes,
-        ),
-    ):
+    panels = [
+        (wording("angle error") + " [°]", analysis.shafts[1:], errors),
+        (wording("bearing force across") + wording.unit("force"), analysis.bearings, sizes),
+    ]
+    drawn = _sheet(panels)
+    for panel, (label, names, values) in zip(drawn.panels, panels, strict=True):
         width = 0.8 / max(len(names), 1)
         for index, name in enumerate(names):
             places = np.array(shown) + (index - (len(names) - 1) / 2.0) * width
@@ -112,20 +97,12 @@ def orders(analysis: Analysis, wording: Wording) -> Figure:
 def _over_turn(
     analysis: Analysis, wording: Wording, panels: Sequence[tuple[str, Sequence[str], Array]]
 ) -> Figure:
-    height = max(_height(names) for _, names, _ in panels)
-    drawn = sheet(len(panels), size=(WIDTH, len(panels) * height), share_x=True)
-    angle = np.rad2deg(analysis.position)
+    drawn, label = _sheet(panels), wording("rotation of the input shaft") + " [°]"
+    at = Abscissa(np.rad2deg(analysis.position), label, "angle")
     for panel, (label, names, values) in zip(drawn.panels, panels, strict=True):
-        for index, name in enumerate(names):
-            panel.plot(
-                angle,
-                values[:, index],
-                **curve_style(index, len(angle)),
-                label=_wrapped(plain(name)),
-            )
+        at.draw(panel, dict(zip(map(_wrapped, names), values.T, strict=True)))
         _finish(panel, label, values, wording)
-    label = wording("rotation of the input shaft") + " [°]"
-    angle_axis(drawn.panels[-1], label, analysis.position)
+    drawn.over(at)
     return drawn.finish("", 0)
 
 
@@ -133,11 +110,12 @@ def _wrapped(name: str) -> str:
     return "\n".join(textwrap.wrap(name, _LETTERS) or [name])
 
 
-def _height(names: Sequence[str]) -> float:
-    """Return a height of axes [inch] beside which a legend of these names has room."""
+def _sheet(panels: Sequence[tuple[str, Sequence[str], Array]]) -> Sheet:
+    """Return axes so high that the legend beside each has room."""
     # Half a line is between two names.
-    lines = sum(_wrapped(name).count("\n") + 1.5 for name in names)
-    return max(_PANEL, LINE_PITCH * lines * SMALL / 72.0 + 0.2)
+    lines = max(sum(_wrapped(name).count("\n") + 1.5 for name in of) for _, of, _ in panels)
+    height = max(_PANEL, LINE_PITCH * lines * SMALL / 72.0 + 0.2)
+    return sheet(len(panels), size=(WIDTH, len(panels) * height), share_x=True)
 
 
 def _finish(panel: Axes, label: str, values: Array, wording: Wording) -> None:
