@@ -159,7 +159,9 @@ def write(
         line=line,
         verdict=verdict,
         outcome=outcome(verdict, wording),
-        statement=statement(verdict, wording),
+        statement=", ".join(
+            f"{count} {wording(status)}" for status, count in verdict.counts.items()
+        ),
         failed=tables.headlines(verdict, wording),
         indeterminate=[wording.sentence(text) for text in analysis.indeterminate],
         groups=tables.verdict_groups(verdict, wording),
@@ -168,13 +170,13 @@ def write(
         data=tables.data_listings(line, wording),
         geometry=[
             found
-            for found in (
-                tables.shaft_listing(line, wording),
-                tables.joint_listing(line, wording),
-                tables.place_listing(line, wording),
-                tables.end_listing(line, wording),
+            for listing in (
+                tables.shaft_listing,
+                tables.joint_listing,
+                tables.place_listing,
+                tables.end_listing,
             )
-            if found is not None
+            if (found := listing(line, wording)) is not None
         ],
         found=[
             tables.motion_listing(analysis, wording),
@@ -216,11 +218,6 @@ def outcome(verdict: Verdict, wording: Wording) -> str:
         return told
     rows = "{count} row open" if count == 1 else "{count} rows open"
     return f"{told}, {wording(rows, count=str(count))}"
-
-
-def statement(verdict: Verdict, wording: Wording) -> str:
-    """Return in words how many rows pass, fail, are open and are stated."""
-    return ", ".join(f"{count} {wording(status)}" for status, count in verdict.counts.items())
 
 
 def save_figures(report: LineReport, directory: Path, wording: Wording | None = None) -> list[Path]:

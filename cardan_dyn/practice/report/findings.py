@@ -41,7 +41,7 @@ from .extremes import (
     is_over_time,
     quantities_of,
 )
-from .grids import Grid, place, way
+from .grids import Grid, Row, place, way
 from .page import FRAMES, HIGHEST, today
 
 
@@ -168,9 +168,7 @@ class Findings(Result, Frozen):
         Of what acts: efforts, what is along the axis of a joint, and components across it in axes
         that stand still (`moment y`, see `in_fixed_axes`). The size of a vector has other orders.
         """
-        if self.sweep is None or self.no_orders:
-            return {}
-        return self._orders[0]
+        return {} if self.no_orders else self._orders[0]
 
     @property
     def orders_error(self) -> float:
@@ -264,14 +262,10 @@ class Findings(Result, Frozen):
             for name, value in self.sweep.proven.residuals.items()
         ]
         condition = float(np.max(self.sweep.condition))
-        return (*rows, ("condition", condition, self._judged_condition(condition)))
-
-    def _judged_condition(self, condition: float) -> str:
-        if self._near_singular:
-            return self._near_singular
         zero = "wrenches pass through zero, or nearly singular configurations"
         well = "well conditioned" if condition < WELL else zero
-        return f"{well}: {right(self._found.rounding)}"
+        told = self._near_singular or f"{well}: {right(self._found.rounding)}"
+        return (*rows, ("condition", condition, told))
 
     @property
     def digits(self) -> int:
@@ -359,32 +353,18 @@ class Findings(Result, Frozen):
             # Places that lie closer to each other than digits tell are named once.
             every = (place(float(value), slides, size) for value in places[:, 0])
             return ", ".join(dict.fromkeys(every))
-        told = self.task_at(places[:1])
+        positions = np.reshape(self.sweep.position, (len(self.sweep), -1))
+        samples = np.flatnonzero(np.all(positions == places[0], axis=1))[:1]
+        told = []
+        for row in self.task:
+            size = float(np.abs(row.position).max())
+            if len(samples) and np.ptp(row.position) > NOTHING * size:
+                at = place(float(row.position[samples[0]]), row.slides, size)
+                told.append(f"{row.name} {at}")
         # Beside a table of places two rows of a task are told as such.
         if told and (word or len(told) < 3):
             return ", ".join(told)
         return f"{word}{int(np.argmax(np.all(self.places == places[0], axis=1))) + 1}"
-
-    def task_at(self, places: Array) -> list[str]:
-        """Return the rows of the task that change, at the samples that are one of drive positions.
-
-        Args:
-            places: `(1, d)`, a position of all drives.
-
-        Returns:
-            Texts such as `tip.z 1.2 m`; none without a task.
-        """
-        if self.sweep is None:
-            return []
-        positions = np.reshape(self.sweep.position, (len(self.sweep), -1))
-        (found,) = np.nonzero(np.all(positions == places, axis=1))
-        told = []
-        for row in self.task:
-            size = float(np.abs(row.position).max())
-            if len(found) and np.ptp(row.position) > NOTHING * size:
-                at = place(float(row.position[found[0]]), row.slides, size)
-                told.append(f"{row.name} {at}")
-        return told
 
     def __repr__(self) -> str:
         count = 0 if self.sweep is None else len(self.sweep)
@@ -425,7 +405,7 @@ class Findings(Result, Frozen):
             ),
             ("efforts", "of", "Efforts of drives, of what is held, of couplings and elements"),
         ):
-            rows: list[tuple[Any, ...]] = []
+            rows: list[Row] = []
             # What joints can be sized by comes first.
             for item in sorted(self.told, key=lambda item: not item.determined):
                 if (item.quantity in QUANTITIES) != (name == "extremes"):

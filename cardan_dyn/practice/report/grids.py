@@ -7,13 +7,15 @@ import csv
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ...kit.arrays import ROUNDED
 from ...kit.markup import aligned
 from ...kit.quantities import amount, column, number, span
+
+Row: TypeAlias = tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Grid:
     name: str
     caption: str
     header: tuple[str, ...]
-    rows: Sequence[tuple[Any, ...]]
+    rows: Sequence[Row]
     unit: int = -1
 
     @property
@@ -40,9 +42,9 @@ class Grid:
         """The cells as texts, numbers of data with six digits, those of a row's unit with four."""
         return [self._shown(row) for row in self.rows]
 
-    def _shown(self, row: Sequence[Any]) -> list[str]:
+    def _shown(self, row: Row) -> list[str]:
         if self.unit < 0:
-            return [text_of(cell) for cell in row]
+            return [number(cell, 6) if isinstance(cell, float) else str(cell) for cell in row]
         numbers, unit = column((cell for cell in row if isinstance(cell, float)), row[self.unit])
         texts = iter(numbers)
         cells = [next(texts) if isinstance(cell, float) else str(cell) for cell in row]
@@ -74,11 +76,6 @@ class Grid:
         """Address that contains the CSV text."""
         text = base64.b64encode(self.csv.encode("utf-8")).decode("ascii")
         return f"data:text/csv;charset=utf-8;base64,{text}"
-
-
-def text_of(cell: object) -> str:
-    """Return a cell as text, numbers with six digits."""
-    return number(cell, 6) if isinstance(cell, float) else str(cell)
 
 
 def place(value: float, slides: bool, size: float = 0.0) -> str:

@@ -94,12 +94,13 @@ def data_listings(line: DriveLine, wording: Wording) -> list[Listing]:
     ]
     listed: list[tuple[str, list[tuple[str, Any]], set[str]]] = [
         ("Shafts: masses and stiffness", shafts, _PLACED),
-        ("Tubes", [(name, shaft.tube) for name, shaft in shafts if shaft.tube], set()),
-        ("Splines", [(name, shaft.spline) for name, shaft in shafts if shaft.spline], set()),
-        (
-            "Centrings of double joints",
-            [(name, shaft.centring) for name, shaft in shafts if shaft.centring],
-            set(),
+        *(
+            (caption, [(name, part) for name, of in shafts if (part := getattr(of, field))], set())
+            for caption, field in (
+                ("Tubes", "tube"),
+                ("Splines", "spline"),
+                ("Centrings of double joints", "centring"),
+            )
         ),
         ("Joints: data", list(zip(line.joint_names, line.joints, strict=True)), {"name"}),
     ]
@@ -285,10 +286,13 @@ def extreme_listing(analysis: Analysis, verdict: Verdict, wording: Wording) -> L
         ]
     )
     every = np.array([[worst.get((name, kind)) for name in names] for kind in kinds], dtype=float)
-    titles = (
-        *("greatest across", "mean across", "greatest along"),
-        *("across, all load cases", "along, all load cases"),
-    )
+    titles = [
+        "greatest across",
+        "mean across",
+        "greatest along",
+        "across, all load cases",
+        "along, all load cases",
+    ]
     columns = _columns(wording, "number", "force", titles, [*_cleared(sizes), *every])
     return _listing(wording, "Bearing forces over a turn", {"bearing": names}, columns)
 
@@ -438,7 +442,8 @@ def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> J
         bound = "≥" if row.limit.bound == "least" else "≤"
         limit = f"{bound} {wording.given_quantity(row.limit.value, dimension)}"
     source = wording.sentence(row.source) if row.limit or row.status == STATED else ""
-    remarks = _told(row, wording)
+    needed = _needed(row, wording)
+    remarks = needed + [wording.sentence(row.note)] * bool(row.note)
     remarks += [f"! {wording.sentence(text)}" for text in row.broken if text not in left_out]
     return Judged(
         row.where or wording("whole line"),
@@ -452,7 +457,7 @@ def judged(row: VerdictRow, wording: Wording, left_out: Sequence[str] = ()) -> J
         row.status,
         source,
         wording.language if source != row.source else "en",
-        tuple(_needed(row, wording)),
+        tuple(needed),
         tuple(remarks),
     )
 
@@ -463,12 +468,6 @@ def _needed(row: VerdictRow, wording: Wording) -> list[str]:
         f"{wording.sentence(item.what)} {wording.quantity(item.value, BY_UNIT[item.unit])}"
         for item in row.inverses
     ]
-
-
-def _told(row: VerdictRow, wording: Wording) -> list[str]:
-    """Return what would meet the limit of a row, and what it notes."""
-    needed = _needed(row, wording)
-    return [*needed, wording.sentence(row.note)] if row.note else needed
 
 
 def headlines(verdict: Verdict, wording: Wording) -> list[Judged]:

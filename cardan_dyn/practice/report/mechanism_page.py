@@ -28,7 +28,7 @@ from .courses import courses
 from .described import described, drives_grid, elements_of, links_of, mobility_grids, remarks_of
 from .extremes import RIGHT, counted, places_of, quantities_of
 from .findings import Findings, between, gravity_of, sentence, way_of
-from .grids import Grid, stem_of
+from .grids import Grid, Row, stem_of
 
 _COURSES = {
     "axial": "Axial force",
@@ -189,7 +189,7 @@ def _case(report: Findings, sweep: Sweep) -> Iterator[tuple[str, str]]:
 
 def _loads(sweep: Sweep) -> Iterator[Grid]:
     """Yield the loads of the case."""
-    rows: list[tuple[Any, ...]] = []
+    rows: list[Row] = []
     for name, load in sweep.loads.items():
         if isinstance(load, Wrench):
             for quantity, unit in (("force", "N"), ("moment", "N·m")):
@@ -256,9 +256,7 @@ def _places(report: Findings) -> Iterator[Grid]:
         known = np.where(np.abs(places) <= NOTHING * most, 0.0, places)
     named = [f"{one.name} [{one.unit}]" for one in told]
     names = (report.at(at[None], word="") for at in places)
-    rows: list[tuple[Any, ...]] = [
-        (name, *row) for name, row in zip(names, known.tolist(), strict=True)
-    ]
+    rows: list[Row] = [(name, *row) for name, row in zip(names, known.tolist(), strict=True)]
     header: tuple[str, ...] = ("place", *named)
     if len(named) > page.BESIDE:
         rows = [(name, ", ".join(map(number, row))) for name, *row in rows]
@@ -323,7 +321,7 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
 
 def _orders(report: Findings) -> dict[str, Any]:
     """Return the table and the figure of orders, if there are any."""
-    rows: list[tuple[Any, ...]] = [
+    rows: list[Row] = [
         (owner, quantity, unit, *map(float, amplitudes))
         for (owner, quantity, unit), amplitudes in report.orders.items()
         if np.any(amplitudes[1:])

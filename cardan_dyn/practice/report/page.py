@@ -64,9 +64,9 @@ def write(
 
     Args:
         path: of the HTML file; its directory is made if it does not exist.
-        name: of a template that extends `base.html`.
+        name: of a template.
         title: of the page.
-        title_block: names and values at its head.
+        title_block: names and values at its head, where the template has one.
         language: of the page, a tag as HTML has it.
         page_word: "page" in this language, for the foot of each sheet.
         content: what the template takes besides.
@@ -75,12 +75,10 @@ def write(
         MissingExtraError: Jinja is not installed.
         ArgumentError: it cannot be written.
     """
-    rows = list(title_block)
     text = template(name).render(
         version=__version__,
         title=title,
-        title_block=rows,
-        foot=title,
+        title_block=list(title_block),
         language=language,
         page_word=page_word,
         **content,

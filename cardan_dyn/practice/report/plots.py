@@ -46,8 +46,7 @@ class ReportPlot(Plot):
         if columns:
             told = []
             for name in columns:
-                found = [known[name]] if name in known else []
-                found = found or [item for item in known.values() if item.owner == name]
+                found = [item for key, item in known.items() if name in (key, item.owner)]
                 if not found:
                     owners = dict.fromkeys(item.owner for item in known.values())
                     raise ArgumentError(

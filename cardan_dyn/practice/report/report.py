@@ -23,8 +23,8 @@ from ...figures.style import (
 )
 from ...kit.checks import writing
 from ..viewer.viewing import view
+from . import page
 from .comparisons import BETAS_DEG, POSITIONS, TORQUE, Pair, of_joint, of_shaft, turn_of
-from .page import template
 from .verdicts import Comparisons
 
 
@@ -64,7 +64,7 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
         ArgumentError: the directory cannot be written.
     """
     require_matplotlib()
-    page_template = template("report.html")
+    page.template("report.html")  # A missing extra is reported before anything is computed.
     with writing(directory):
         directory.mkdir(parents=True, exist_ok=True)
     beta_deg = 50.0  # Grossmann's.
@@ -76,18 +76,17 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
     for name, (caption, figure) in drawn(joint_turn, shaft_turn).items():
         vector, _ = figures.save(figure, directory / name)
         shown.append((caption, base64.b64encode(vector.read_bytes()).decode("ascii")))
-    page = page_template.render(
-        version=__version__,
+    return page.write(
+        directory / "index.html",
+        "report.html",
+        title="cardan_dyn: comparison with Thoma and Grossmann",
+        title_block=(),
         betas=BETAS_DEG,
         rows=comparisons,
         passed=comparisons.passed,
         figures=shown,
         scenes=_write_scenes(joint_turn, shaft_turn, beta_deg, directory),
     )
-    path = directory / "index.html"
-    with writing(path) as part:
-        part.write_text(page, encoding="utf-8")
-    return path
 
 
 def drawn(joint_turn: Sweep, shaft_turn: Sweep) -> dict[str, tuple[str, Figure]]:
