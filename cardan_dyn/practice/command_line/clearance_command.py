@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 import numpy as np
@@ -17,28 +17,30 @@ from ...motion.clearance import drawing
 from ...motion.simulation.progress import INTERRUPTED
 from ...scene.usual_motion import default_scene
 from .group import Interrupted
+from .options import Words
 from .quantities import by_joint, of_scene
 from .tables import print_json, say, show
 
-if TYPE_CHECKING:
-    from ...clearance import JointScan
-
 _LENGTH = "length", "m"
-_NUMBERS = ("peak", "peak_position", "least", "greatest")
+_TOLD = (
+    *("verdict", "rigid_peak", "peak", "peak_position", "least", "greatest", "doubts"),
+    *("impacts_per_turn", "impact_power", "turning"),
+)
+"""What JSON tells of a joint, as `JointScan` calls it."""
 
 
 def scanned_by(
     source: str,
     *,
     speed: float | None,
-    clearances: tuple[str, ...],
-    stiffnesses: tuple[str, ...],
-    radii: tuple[str, ...],
+    clearances: Words,
+    stiffnesses: Words,
+    radii: Words,
     pin: tuple[float, float] | None,
     seat_stiffness: float | None,
     strict: bool,
-    joints: tuple[str, ...],
-    bearings: tuple[str, ...],
+    joints: Words,
+    bearings: Words,
     given: dict[str, Any],
     **rest: Any,
 ) -> Scan:
@@ -144,25 +146,17 @@ def plain(scanned: Scan) -> dict[str, Any]:
     verified = () if scanned.verified is None else scanned.verified
     return {
         "speed": scanned.speed,
-        "joints": [_joint(scanned[name]) for name in scanned.ranking],
+        "joints": [
+            {
+                "joint": joint.name,
+                **{name: getattr(joint, name) for name in _TOLD},
+                "reversals": [item.row() for item in joint.reversals],
+            }
+            for joint in map(scanned.__getitem__, scanned.ranking)
+        ],
         **({"verified": [item.row() for item in verified]} if verified != () else {}),
         "left_out": dict(scanned.left_out),
         "notes": list(scanned.notes),
-    }
-
-
-def _joint(joint: JointScan) -> dict[str, Any]:
-    """Return what is said of a joint as plain data."""
-    return {
-        "joint": joint.name,
-        "verdict": joint.verdict,
-        "rigid_peak": joint.rigid_peak,
-        **{name: getattr(joint, name) for name in _NUMBERS},
-        "doubts": list(joint.doubts),
-        "impacts_per_turn": joint.impacts_per_turn,
-        "impact_power": joint.impact_power,
-        "turning": joint.turning,
-        "reversals": [item.row() for item in joint.reversals],
     }
 
 

@@ -307,7 +307,5 @@ def study(file: Path, **given: Any) -> None:
     run(file, **given)
 
 
-main.add_command(report)
-main.add_command(vibration)
-main.add_command(sweep)
-main.add_command(simulate)
+for _command in (report, vibration, sweep, simulate):
+    main.add_command(_command)

@@ -27,6 +27,7 @@ from ..report.line_tables import (
 )
 from . import quantities
 from .group import MISSED, OPEN
+from .options import Words
 from .showing import export, serve
 from .tables import print_json, say, show
 
@@ -86,7 +87,7 @@ def report_on(
     *,
     speed: float | None,
     torque: float | None,
-    limits: tuple[str, ...],
+    limits: Words,
     optimise_phases: bool,
     teeth: int | None,
     **title_block: str | None,
@@ -137,7 +138,7 @@ def print_report(report: LineReport, wording: Wording) -> None:
     if (built := report.built(wording)) is not None:
         _show(built)
     units, verdict = wording.units, report.verdict
-    rows: list[tuple[str, ...] | str] = []
+    rows: list[Words | str] = []
     for heading, members in groupby(verdict, key=lambda row: row.texts()[0]):
         rows.append(heading)
         for row in members:

@@ -88,12 +88,11 @@ class Commands(click.Group):
             raise Failure(str(error).replace(*_LENIENT)) from error
         except (KeyboardInterrupt, click.Abort) as error:
             raise Interrupted("interrupted") from error
-        except BrokenPipeError:
-            # What is still in the buffer would be written at the end of the process.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            raise SystemExit(UNREAD) from None
         except OSError as error:
             if error.filename is not None:
                 raise
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # As above.
+            # What is still in the buffer would be written at the end of the process.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            if isinstance(error, BrokenPipeError):
+                raise SystemExit(UNREAD) from None
             raise Failure(f"the output cannot be written: {error.strerror}") from error

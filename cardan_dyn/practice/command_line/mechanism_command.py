@@ -14,6 +14,7 @@ from ...scene.describe import describe
 from ...scene.drives import Drives
 from ...scene.mechanism_report import MechanismReport
 from ..report.described import drives_grid, links_of
+from ..report.extremes import counted
 from .quantities import shown
 from .tables import print_json, say, show
 
@@ -59,8 +60,8 @@ def check_source(source: str, *, strict: bool, as_json: bool) -> bool:
         reason = str(error)
     if as_json:
         print_json(_plain(mechanism, report, drives, reason))
-        return not reason
-    _print_check(mechanism, report, drives, reason)
+    else:
+        _print_check(mechanism, report, drives, reason)
     return not reason
 
 
@@ -70,8 +71,8 @@ def _print_check(
     drives: Drives | None,
     reason: str,
 ) -> None:
-    loops = f"{len(mechanism.loops)} loop{'s' * (len(mechanism.loops) != 1)}"
-    say(f"{mechanism.name}: {len(mechanism.joints)} joints, {loops}")
+    joints, loops = len(mechanism.joints), len(mechanism.loops)
+    say(f"{mechanism.name}: {counted(joints, 'joint')}, {counted(loops, 'loop')}")
     for text in mechanism.warnings if report is None else report.warnings:
         say(f"warning: {text}", "yellow")
     if report is not None:

@@ -42,6 +42,7 @@ from ...scene.usual_motion import (
 from ..report.extremes import with_extremes
 from ..report.findings import acting, sentence, ways
 from .group import Interrupted, end_by
+from .options import Words
 from .quantities import by_coordinate, ends_of, of_scene, shown, value_of
 from .quantities import positions as positions_of
 from .tables import say, show
@@ -58,13 +59,15 @@ class Outputs(NamedTuple):
     parquet: Path | None = None
     plot: Path | None = None
 
-    def check(self) -> None:
-        """Refuse what lacks a package, before anything is computed.
+    @classmethod
+    def taken(cls, given: dict[str, Any]) -> Outputs:
+        """Take them out of options; what lacks a package is refused before anything is computed.
 
         Raises:
             MissingExtraError: a package is missing.
             ArgumentError: two files go to standard output.
         """
+        self = cls(*(given.pop(name) for name in cls._fields))
         if self.csv == self.json == Path("-"):
             raise ArgumentError(
                 "--csv - and --json - would be printed into each other; name a file"
@@ -77,13 +80,14 @@ class Outputs(NamedTuple):
             from ...figures.style import require_matplotlib
 
             require_matplotlib()
+        return self
 
     @property
     def printed(self) -> bool:
         """Whether data are printed, so that everything else goes to standard error."""
         return Path("-") in (self.csv, self.json)
 
-    def write(self, result: Sweep | Trajectory, joints: tuple[str, ...]) -> None:
+    def write(self, result: Sweep | Trajectory, joints: Words) -> None:
         """Write the files of a result; those joints are drawn, or what is asked of it first.
 
         Raises:
@@ -112,7 +116,7 @@ def sweep_of(
     samples: int,
     speed: str | None,
     acceleration: str | None,
-    joints: tuple[str, ...],
+    joints: Words,
     strict: bool,
     **given: Any,
 ) -> None:
@@ -121,9 +125,7 @@ def sweep_of(
     Raises:
         CardanError: as `load`, `Scene` and `Scene.sweep` do, or an option has another form.
     """
-    outputs = Outputs(*(given.pop(name) for name in Outputs._fields))
-    outputs.check()
-    mechanism = load(source, strict=strict)
+    outputs, mechanism = Outputs.taken(given), load(source, strict=strict)
     one_ways: dict[str, tuple[float, int]] = {}
     asked = of_scene(mechanism, ways=one_ways, **given)
     if not given["loads"]:
@@ -179,13 +181,13 @@ def simulation_of(
     source: str,
     *,
     duration: float,
-    free: tuple[str, ...],
-    drive: tuple[str, ...],
-    positions: tuple[str, ...],
-    speeds: tuple[str, ...],
+    free: Words,
+    drive: Words,
+    positions: Words,
+    speeds: Words,
     elements: bool,
     rtol: float,
-    joints: tuple[str, ...],
+    joints: Words,
     strict: bool,
     **given: Any,
 ) -> None:
@@ -196,9 +198,7 @@ def simulation_of(
         SimulationError: it could not go on; likewise.
         CardanError: as `load`, `Scene` and `Scene.simulate` do, or an option has another form.
     """
-    outputs = Outputs(*(given.pop(name) for name in Outputs._fields))
-    outputs.check()
-    mechanism = load(source, strict=strict)
+    outputs, mechanism = Outputs.taken(given), load(source, strict=strict)
     driven = _speeds(mechanism, drive, "--drive")
     scene, why = _free_scene(mechanism, free, driven, given)
     described = described_elements(mechanism) if elements else []
@@ -243,7 +243,7 @@ def simulation_of(
 
 def _free_scene(
     mechanism: Mechanism,
-    free: tuple[str, ...],
+    free: Words,
     driven: Mapping[str, float],
     given: Mapping[str, Any],
 ) -> tuple[Scene, str]:
@@ -270,7 +270,7 @@ def _course(swept: Sweep, name: str) -> str:
     return f"from {first} to {last}, between {least} and {most}; at last {rate}"
 
 
-def _speeds(mechanism: Mechanism, pairs: tuple[str, ...], option: str) -> dict[str, float]:
+def _speeds(mechanism: Mechanism, pairs: Words, option: str) -> dict[str, float]:
     """Return speeds [rad/s or m/s] from `JOINT=SPEED`."""
     return by_coordinate(mechanism, "speed", pairs, option, "JOINT=SPEED, as crank=1500rpm")
 

@@ -22,6 +22,8 @@ DESCRIPTION = "description"
 """Stands for the three values of `--gravity`: that of the description."""
 HIDDEN = ("visuals", "moments", "forces", "axes", "traces", "labels")
 """What `view` may leave out."""
+Words: TypeAlias = tuple[str, ...]
+"""What an option that may be given several times was given, or names."""
 Decorator: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
@@ -73,7 +75,7 @@ class Written(click.ParamType):  # type: ignore[type-arg, unused-ignore]
     name = "path"
 
     def __init__(
-        self, *, directory: bool = False, suffixes: tuple[str, ...] = (), dash: bool = False
+        self, *, directory: bool = False, suffixes: Words = (), dash: bool = False
     ) -> None:
         """Keep what is written.
 

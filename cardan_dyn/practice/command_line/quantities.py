@@ -10,10 +10,10 @@ import numpy as np
 from ...core.elements.link_loads import Wrench
 from ...core.mechanism.mechanism import Mechanism
 from ...kit import units
-from ...kit.arrays import NOTHING
 from ...kit.errors import ArgumentError
-from ...kit.quantities import amount
+from ...kit.quantities import amount, cleared
 from ...scene.usual_motion import slides
+from .options import Words
 
 
 def assigned(pairs: Sequence[str], option: str, form: str = "JOINT=VALUE") -> dict[str, str]:
@@ -39,11 +39,6 @@ _KINDS = {
 }
 """What there is of a coordinate, to the dimension and the unit of a bare number: of one that turns,
 and of a slide."""
-
-
-def per_minute(speed: float) -> float:
-    """Return a speed [rad/s] in 1/min."""
-    return speed * 30.0 / np.pi
 
 
 _UNITS = {"deg": ("°", np.pi / 180.0), "1/min": ("1/min", np.pi / 30.0)}
@@ -79,8 +74,7 @@ def shown(mechanism: Mechanism, joint: str, what: str, value: float, digits: int
     """Return what `value_of` reads as it is printed: angles in degrees, speeds in 1/min."""
     _, bare = _KINDS[what][slides(mechanism, joint)]
     unit, size = _UNITS.get(bare, (bare, 1.0))
-    turned = value / size
-    return amount(0.0 if abs(turned) < NOTHING else turned, unit, digits)
+    return amount(cleared(value / size), unit, digits)
 
 
 def by_coordinate(
@@ -167,7 +161,7 @@ def efforts(
 def of_scene(
     mechanism: Mechanism,
     *,
-    drive: tuple[str, ...] = (),
+    drive: Words = (),
     held: Sequence[str] = (),
     near: Sequence[str] = (),
     loads: Sequence[str] = (),

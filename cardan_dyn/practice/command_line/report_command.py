@@ -14,7 +14,7 @@ from ..report.case import case_of
 from ..report.grids import stem_of
 from ..report.reporting import Report, Reports
 from .group import end_by
-from .options import Written
+from .options import Words, Written
 from .quantities import assigned, efforts, ends_of, nearest, value_of
 from .quantities import positions as positions_of
 
@@ -24,12 +24,12 @@ def run(
     file: Path | None,
     *,
     with_scene: bool,
-    drive: tuple[str, ...],
+    drive: Words,
     ends: tuple[str, str] | None,
     speed: str | None,
-    near: tuple[str, ...],
-    held: tuple[str, ...],
-    loads: tuple[str, ...],
+    near: Words,
+    held: Words,
+    loads: Words,
     gravity: tuple[float, float, float] | str | None,
     elements: bool,
     samples: int,

@@ -48,7 +48,7 @@ from ..studies.parameters import Line, Parameters, checked_parameters, samples, 
 from ..studies.study import Study, study
 from ..studies.sweeps import OPEN, Sweeps
 from .group import MISSED, Failure, Interrupted
-from .options import DESCRIPTION
+from .options import DESCRIPTION, Words
 from .tables import say, show
 
 if TYPE_CHECKING:
@@ -294,13 +294,13 @@ def _numbers(name: str, given: list[object]) -> tuple[list[float], str]:
     return list(numbers), units[0]
 
 
-def _table(told: Mapping[str, Any], name: str, known: tuple[str, ...]) -> dict[str, Any]:
+def _table(told: Mapping[str, Any], name: str, known: Words) -> dict[str, Any]:
     table = mapping(name, told.get(name))
     _refuse_unknown(f"[{name}]", table, known)
     return table
 
 
-def _refuse_unknown(name: str, table: Mapping[str, Any], known: tuple[str, ...]) -> None:
+def _refuse_unknown(name: str, table: Mapping[str, Any], known: Words) -> None:
     if unknown := sorted(set(table) - set(known)):
         raise ArgumentError(f"{name} has no {unknown[0]!r}; it has {choices(known, unknown[0])}")
 

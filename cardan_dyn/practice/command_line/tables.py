@@ -15,8 +15,10 @@ from rich.table import Table
 from rich.text import Text
 
 _COLOURS = {
-    **dict.fromkeys(("pass", "default"), "green"),
-    **dict.fromkeys(("fail", "FAIL"), "bold red"),
+    "pass": "green",
+    "default": "green",
+    "fail": "bold red",
+    "FAIL": "bold red",
     "open": "yellow",
 }
 """Of words in the last column."""

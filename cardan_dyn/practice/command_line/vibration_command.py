@@ -10,6 +10,7 @@ import numpy as np
 
 from ...core.elements.described import described_elements
 from ...core.mechanics.exact import load
+from ...figures.style import PER_MINUTE
 from ...kit.errors import ArgumentError, choices
 from ...motion.vibration.results.campbell import campbell
 from ...motion.vibration.results.critical_speeds import (
@@ -22,7 +23,8 @@ from ...motion.vibration.results.periodic_motion import search_of
 from ...motion.vibration.results.resonance import CriticalSpeed, numbered_campbell
 from ...scene.presets import Preset, preset_of
 from ...scene.scene import Scene
-from .quantities import of_scene, per_minute, positions
+from .options import Words
+from .quantities import of_scene, positions
 from .showing import present
 from .tables import print_json, say, show
 
@@ -34,8 +36,8 @@ def rig_scene(
     source: str,
     *,
     drive: str | None = None,
-    free: tuple[str, ...] = (),
-    held: tuple[str, ...] = (),
+    free: Words = (),
+    held: Words = (),
     strict: bool = True,
     **acting: Any,
 ) -> Scene:
@@ -199,7 +201,7 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
     mode = number - 1
     hertz = found.frequency[0, mode] / (2.0 * np.pi)
     title = (
-        f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {per_minute(speed):.4g} 1/min"
+        f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {PER_MINUTE * speed:.4g} 1/min"
     )
     swing = mode_sweep(scene, found.shape[0][:, mode])
     return view(
@@ -215,7 +217,7 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
 
 def print_table(found: CriticalSpeeds) -> None:
     """Print critical speeds, ascending."""
-    ends = f"{per_minute(found.low):.4g} to {per_minute(found.high):.4g} 1/min"
+    ends = f"{PER_MINUTE * found.low:.4g} to {PER_MINUTE * found.high:.4g} 1/min"
     name = found.scene.mechanism.name
     if not len(found):
         say(f"{name}: no critical speed from {ends}")
@@ -229,9 +231,7 @@ def print_table(found: CriticalSpeeds) -> None:
         title=f"{name}: critical speeds from {ends}",
         texts=(1,),
     )
-    texts = [
-        f"{_name(row)} {jumps}" for row in found if (jumps := row.jumps("1/min", per_minute(1.0)))
-    ]
+    texts = [f"{_name(row)} {jumps}" for row in found if (jumps := row.jumps("1/min", PER_MINUTE))]
     texts += found.remarks
     texts.append(
         "severity: greatest amplitude of the mode alone [rad, of slides m], without what other "
@@ -294,10 +294,10 @@ def _name(row: CriticalSpeed) -> str:
     return f"{row.order:g}× mode {row.mode}"
 
 
-def _cells(row: CriticalSpeed) -> tuple[str, ...]:
+def _cells(row: CriticalSpeed) -> Words:
     """Return a row of the table."""
     speed, lower, upper = (
-        "" if np.isnan(value) else f"{per_minute(value):.5g}"
+        "" if np.isnan(value) else f"{PER_MINUTE * value:.5g}"
         for value in (row.speed, row.lower, row.upper)
     )
     if row.kind != "resonance":

@@ -12,7 +12,7 @@ from ...scene.usual_motion import usual_motion
 from ..viewer.commands import meshcat
 from ..viewer.viewing import View
 from ..viewer.viewing import view as draw
-from .options import HIDDEN
+from .options import HIDDEN, Words
 from .quantities import of_scene
 
 
@@ -21,8 +21,8 @@ def scene_of(
     *,
     speed: float | None = None,
     samples: int = 721,
-    joints: tuple[str, ...] = (),
-    hide: tuple[str, ...] = (),
+    joints: Words = (),
+    hide: Words = (),
     duration: float | None = None,
     strict: bool = True,
     **given: Any,
