@@ -65,7 +65,7 @@ def test_page_has_what_was_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     found = run("four_bar", "--no-scene", "--samples", 91, *head, *case)
     assert found.exit_code == 0, found.output
     text = (tmp_path / "four_bar_report.html").read_text("utf-8")
-    for part in ("P 7", "A. B.", "2026-02-03", "600 1/min", "(0, 0, -9.81) m/s²", "-5"):
+    for part in ("P 7", "A. B.", "2026-02-03", "600 1/min", "(0, 0, −9.81) m/s²", "−5 N·m"):
         assert part in text
     assert "<iframe" not in text
 
