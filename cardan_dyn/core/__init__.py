@@ -59,7 +59,7 @@ OFFERED = {
     "description.origins": ("PREFIX",),
     "description.urdf": ("MOMENTS", "check_inertia", "tensor_of"),
     "description.words": ("check_words",),
-    "description.write": ("to_urdf",),
+    "description.write": ("angles_of", "to_urdf"),
     "dynamics.chain_tape": ("ChainTape", "ChainTapes"),
     "dynamics.open_tree": ("OpenTree",),
     "dynamics.problem_solver": ("ProblemSolver",),

@@ -355,3 +355,11 @@ def test_links_at_joints_by_hand() -> None:
     np.testing.assert_array_equal(moved.joints[0].child_placement, np.eye(4))
     assert moved.links[2] is description.links[2]
     assert with_links_at_joints(moved) is moved
+
+
+@pytest.mark.parametrize("upright", [0.0, 1e-17, 1e-14, 3e-10, 1e-8, 1e-3, 1.0])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_angles_of_a_rounded_rotation_however_upright(side: float, upright: float) -> None:
+    rotation = pin.rpy.rpyToMatrix(0.7, side * (0.5 * np.pi - upright), -1.9)
+    rotation += 1e-16 * np.arange(9.0).reshape(3, 3)  # As products of rotations are rounded.
+    assert np.abs(pin.rpy.rpyToMatrix(*angles_of(rotation)) - rotation).max() < 5e-15

@@ -6,7 +6,7 @@ from testkit.line_data import double_shaft, end_bearings, random_line
 import cardan_dyn as cd
 from cardan_dyn.analytic import drive_line
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, Spline
-from cardan_dyn.practice.drive_lines.line.closed_chain import rpy, urdf
+from cardan_dyn.practice.drive_lines.line.closed_chain import urdf
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 49)
 
@@ -165,11 +165,3 @@ def test_places_are_where_the_data_say() -> None:
 def test_angles_of_upright_shafts() -> None:
     up = DriveLine(shafts=[Shaft(start=(0, 0, 0), end=(0, 0, 1)), Shaft(end=(0.1, 0.2, 2))])
     assert motion_error(up) < 1e-12
-
-
-@pytest.mark.parametrize("upright", [0.0, 1e-17, 1e-14, 3e-10, 1e-8, 1e-3, 1.0])
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_angles_of_a_rotation_give_it_back_however_upright(side: float, upright: float) -> None:
-    rotation = pin.rpy.rpyToMatrix(0.7, side * (0.5 * np.pi - upright), -1.9)
-    rotation += 1e-16 * np.arange(9.0).reshape(3, 3)  # As products of rotations are rounded.
-    assert np.abs(pin.rpy.rpyToMatrix(*rpy(rotation)) - rotation).max() < 5e-15

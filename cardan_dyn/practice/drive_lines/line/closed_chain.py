@@ -37,12 +37,14 @@ the data; `support_A_y` and `support_A_z` do so with a bearing.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
 
+from ....core.description.elements import rotation, words
+from ....core.description.write import angles_of
 from ....kit.arrays import Array
 from .data import LineData
 from .geometry import centring_places, leftwards
@@ -51,6 +53,7 @@ from .supports import Support, hangs_by_rear, in_order, spline_distance, support
 from .visuals import cross_visuals, rear_fork_visuals, shaft_visuals
 
 X, Y, Z = np.eye(3)
+NONE = np.zeros(3)
 _RANGE = {"revolute": 3.15, "prismatic": 1.0}
 """Limits that URDF asks for [rad, m]; scenes do not regard them."""
 
@@ -75,26 +78,23 @@ class _Writer:
         self.line = line
         self.supports = supports(line)
         self.zero = line.zero
+        self.links: set[str] = set()
         self.rears: dict[int, str] = {}
 
     def text(self) -> str:
-        """Write everything, and return it as text."""
-        self.write()
-        ElementTree.indent(self.element)
-        return ElementTree.tostring(self.element, encoding="unicode") + "\n"
-
-    def write(self) -> None:
-        """Write the places, then the shafts along the power flow."""
+        """Write the places, then the shafts along the power flow, and return all as text."""
         self.places()
         fork = "shaft_0"
         for k in range(self.line.count + 1):
             if k:
                 self.cross(k)
-                turn = (0.0, self.zero.driving[k - 1], 0.0)
+                turn = self.zero.driving[k - 1] * Y
                 self.joint(f"pin_{k}_in", "continuous", fork, f"cross_{k}", Y, rpy=turn)
             self.rears[k] = fork = self.shaft(k)
             if k > 1 and self.line.shafts[k - 1].centring is not None:
                 self.centring(k - 1)
+        ElementTree.indent(self.element)
+        return ElementTree.tostring(self.element, encoding="unicode") + "\n"
 
     def centring(self, k: int) -> None:
         """Write the centring of coupling piece k between the shafts beside it."""
@@ -108,12 +108,8 @@ class _Writer:
             self.caged(f"centring_{k}", along, fixed)
             return
         # Where the disc is in the piece: that turns at zero as its pins do.
-        point = found.frames[k].T @ (before * found.directions[k - 1])
-        turned = self.zero.rotations[k]
-        turn = np.array([[np.cos(turned), np.sin(turned)], [-np.sin(turned), np.cos(turned)]])
-        place = (point[0], *(turn @ point[1:]))
-        self.link(f"disc_{k}_y")
-        self.link(f"disc_{k}")
+        turn = rotation(-self.zero.rotations[k], 0.0, 0.0)
+        place = turn @ found.frames[k].T @ (before * found.directions[k - 1])
         self.joint(f"disc_slide_{k}_y", "prismatic", f"shaft_{k}", f"disc_{k}_y", Y, xyz=place)
         self.joint(f"disc_slide_{k}_z", "prismatic", f"disc_{k}_y", f"disc_{k}", Z)
         self.caged(f"centring_front_{k}", (f"disc_{k}", 0.0), front)
@@ -121,51 +117,30 @@ class _Writer:
 
     def caged(self, name: str, along: tuple[str, float], fixed: tuple[str, float]) -> None:
         """Write a ball fixed to one link in a cage that slides along x of another one."""
-        none = (0.0, 0.0, 0.0)
-        self.link(f"cage_{name}")
-        at = (along[1], 0.0, 0.0)
-        self.joint(f"cage_slide_{name}", "prismatic", along[0], f"cage_{name}", X, xyz=at)
-        ends = (f"cage_{name}", none, none), (fixed[0], (fixed[1], 0.0, 0.0), none)
-        self.loop(name, "spherical", *ends)
+        cage, at = f"cage_{name}", along[1] * X
+        self.joint(f"cage_slide_{name}", "prismatic", along[0], cage, X, xyz=at)
+        self.loop(name, "spherical", (cage, NONE, NONE), (fixed[0], fixed[1] * X, NONE))
 
     def cross(self, k: int) -> None:
         """Write the cross of a joint, with x along the normal of its pins."""
         joint = self.line.joints[k - 1]
         pin, normal = cross_inertia(joint)
-        self.link(
-            f"cross_{k}",
-            mass=joint.cross_mass,
-            moments=(normal, pin, pin),
-            visuals=cross_visuals(self.line, k),
-        )
-
-    def body(self, name: str, body: Body | None, shaft: int | None = None) -> None:
-        """Write a piece of a shaft, with the shape of a shaft unless None."""
-        visuals = [] if shaft is None else shaft_visuals(self.line, shaft)
-        if body is None:
-            self.link(name, visuals=visuals)
-            return
-        moments = body.inertia, body.transverse, body.transverse
-        self.link(name, mass=body.mass, centre=body.centre, moments=moments, visuals=visuals)
+        body = Body(joint.cross_mass, 0.0, normal, pin)
+        self.link(f"cross_{k}", body, cross_visuals(self.line, k))
 
     def places(self) -> None:
         """Write the chain of places."""
         found, last = self.line.geometry, self.line.count
         self.link("base")
-        self.link("frame_0")
-        axes = rpy(found.frames[0])
+        axes = angles_of(found.frames[0])
         self.joint("seat", "fixed", "base", "frame_0", X, xyz=found.centres[0], rpy=axes)
         before = "frame_0"
         for k in range(1, last + 1):
-            self.link(f"plane_{k}")
-            self.link(f"frame_{k}")
-            plane = (found.plane_offsets[k - 1], 0.0, 0.0)
+            plane, bend = found.plane_offsets[k - 1] * X, found.joint_angles[k - 1] * Z
             self.adjustable(f"joint_plane_{k}", "revolute", before, f"plane_{k}", X, rpy=plane)
-            bend = (0.0, 0.0, found.joint_angles[k - 1])
             self.adjustable(f"joint_angle_{k}", "revolute", f"plane_{k}", f"frame_{k}", Z, rpy=bend)
             if k < last:
-                self.link(f"end_{k}")
-                end = (found.lengths[k], 0.0, 0.0)
+                end = found.lengths[k] * X
                 self.adjustable(
                     f"shaft_length_{k}", "prismatic", f"frame_{k}", f"end_{k}", X, xyz=end
                 )
@@ -180,15 +155,17 @@ class _Writer:
             joint = name.format(letter)
             child = f"{joint}_place"
             axis = found.frames[index].T @ direction
-            self.link(child)
-            self.adjustable(joint, "prismatic", parent, child, axis, xyz=(at, 0.0, 0.0))
+            self.adjustable(joint, "prismatic", parent, child, axis, xyz=at * X)
             parent, at = child, 0.0
         return parent
 
     def shaft(self, k: int) -> str:
         """Write a shaft with its bearings, joined to its cross, and return its rear fork's link."""
         front, behind = shaft_bodies(self.line, k)
-        self.body(f"shaft_{k}", front, shaft=k)
+        self.link(f"shaft_{k}", front, shaft_visuals(self.line, k))
+        if self.line.shafts[k].spline is not None:
+            start = spline_distance(self.line, k)
+            self.link(f"slide_{k}", behind and behind._replace(centre=behind.centre - start))
         of_shaft = in_order(self.supports, k)
         first = of_shaft[0] if of_shaft else None
         has_place = first is not None or k in (0, self.line.count)
@@ -196,7 +173,7 @@ class _Writer:
             self.placed(k, first)
         if k:
             self.driven(k, has_place)
-        carrier = self.rear_piece(k, behind)
+        carrier = self.rear_piece(k)
         for item in of_shaft[1:]:
             self.further_bearing(item, of_shaft[0])
         return self.rear_fork(k, carrier) if 0 < k < self.line.count else f"shaft_{k}"
@@ -204,16 +181,13 @@ class _Writer:
     def placed(self, k: int, first: Support | None) -> None:
         """Write what a shaft turns in: the sleeve in its first bearing, or its place alone."""
         name = {0: "bearing_in", self.line.count: "bearing_out"}.get(k, f"bearing_{k}")
-        turn, carrier = (self.zero.rotations[k], 0.0, 0.0), f"frame_{k}"
+        turn, carrier = self.zero.rotations[k] * X, f"frame_{k}"
         there, carried = 0.0, f"shaft_{k}"
         if first is not None:
             place, carrier = self.bearing_place(first), f"sleeve_{k}"
             there, carried = self.on_shaft(first)
-            self.link(carrier)
             self.joint(first.joint, "universal", place, carrier, Y, axis2=Z)
-        turning = self.joint(
-            name, "continuous", carrier, carried, X, xyz=(-there, 0.0, 0.0), rpy=turn
-        )
+        turning = self.joint(name, "continuous", carrier, carried, X, xyz=-there * X, rpy=turn)
         if k == 0:
             turning.set("independent", "true")
 
@@ -224,12 +198,7 @@ class _Writer:
         if item.behind != first.behind:
             there, carried = self.on_shaft(item)
             turn = -self.zero.rotations[k]  # The ball then stands straight at zero.
-        self.loop(
-            item.joint,
-            "spherical",
-            (place, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-            (carried, (there, 0.0, 0.0), (turn, 0.0, 0.0)),
-        )
+        self.loop(item.joint, "spherical", (place, NONE, NONE), (carried, there * X, turn * X))
 
     def on_shaft(self, item: Support) -> tuple[float, str]:
         """Return x of a bearing in the link that it carries, and this link."""
@@ -246,40 +215,36 @@ class _Writer:
         if item.locating:
             return place
         cage = f"cage_{item.name}"
-        self.link(cage)
         self.joint(f"cage_slide_{item.name}", "prismatic", place, cage, X)
         return cage
 
     def driven(self, k: int, has_place: bool) -> None:
         """Write the driven pin of joint k, which is a loop if the shaft has a place of its own."""
-        turn = self.zero.driven[k - 1]
+        turn = self.zero.driven[k - 1] * Z
         if self.line.even[k - 1]:
             self.driven_evenly(k, has_place)
         elif has_place:
-            here, straight = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-            ends = (f"cross_{k}", here, (0.0, 0.0, turn)), (f"shaft_{k}", here, straight)
+            ends = (f"cross_{k}", NONE, turn), (f"shaft_{k}", NONE, NONE)
             self.loop(f"pin_{k}_out", "continuous", *ends, axis=Z)
         else:
-            rpy = (0.0, 0.0, turn)
-            self.joint(f"pin_{k}_out", "continuous", f"cross_{k}", f"shaft_{k}", Z, rpy=rpy)
+            self.joint(f"pin_{k}_out", "continuous", f"cross_{k}", f"shaft_{k}", Z, rpy=turn)
 
     def driven_evenly(self, k: int, has_place: bool) -> None:
         """Write the rear half of a joint of constant velocity, the mirror image of the front."""
-        bend, turn = (0.0, 0.0, 2.0 * self.zero.driven[k - 1]), (0.0, self.zero.driving[k - 1], 0.0)
-        self.link(f"half_{k}")
+        bend, turn = 2.0 * self.zero.driven[k - 1] * Z, self.zero.driving[k - 1] * Y
         self.joint(f"pin_{k}_bend", "continuous", f"cross_{k}", f"half_{k}", Z, rpy=bend)
         name, end = f"pin_{k}_out", f"shaft_{k}"
         if has_place:
             name, end = f"pin_{k}_turn", f"follower_{k}"
-            self.link(end)
         follower = self.joint(name, "continuous", f"half_{k}", end, Y, rpy=turn)
-        self.mimic(follower, f"pin_{k}_in")
+        # Both halves of a joint of constant velocity turn alike, which takes moments alone.
+        following = {"joint": f"pin_{k}_in", "multiplier": "1", "offset": "0", "forces": "none"}
+        ElementTree.SubElement(follower, "mimic", following)
         if has_place:
-            none = (0.0, 0.0, 0.0)
-            self.loop(f"pin_{k}_out", "fixed", (end, none, none), (f"shaft_{k}", none, none))
+            self.loop(f"pin_{k}_out", "fixed", (end, NONE, NONE), (f"shaft_{k}", NONE, NONE))
 
-    def rear_piece(self, k: int, body: Body | None) -> str:
-        """Write what lies behind a shaft's spline; return its link, or the shaft's without one.
+    def rear_piece(self, k: int) -> str:
+        """Join what lies behind a shaft's spline; return its link, or the shaft's without one.
 
         If the rear piece hangs from its place, the front piece hangs from it: the slip then has the
         front piece as its child, and still grows when it is drawn out.
@@ -287,11 +252,10 @@ class _Writer:
         if self.line.shafts[k].spline is None:
             return f"shaft_{k}"
         start, name = spline_distance(self.line, k), f"slide_{k}"
-        self.body(name, body and body._replace(centre=body.centre - start))
         ends, axis = (f"shaft_{k}", name), X
         if hangs_by_rear(self.supports, k):
             ends, axis, start = ends[::-1], -X, -start
-        self.joint(f"slip_{k}", "prismatic", *ends, axis, xyz=(start, 0.0, 0.0))
+        self.joint(f"slip_{k}", "prismatic", *ends, axis, xyz=start * X)
         return name
 
     def rear_fork(self, k: int, carrier: str) -> str:
@@ -299,44 +263,28 @@ class _Writer:
         shaft, end = self.line.shafts[k], float(self.line.geometry.lengths[k])
         self.link(f"fork_{k}", visuals=rear_fork_visuals(self.line, k))
         if shaft.spline is None:
-            self.link(f"tube_end_{k}")
-            at = (end, 0.0, 0.0)
+            at = end * X
             self.adjustable(f"tube_length_{k}", "prismatic", carrier, f"tube_end_{k}", X, xyz=at)
             carrier, end = f"tube_end_{k}", 0.0
         else:
             end -= spline_distance(self.line, k)
-        turn = (math.pi / 2 + shaft.fork_offset, 0.0, 0.0)
-        self.adjustable(
-            f"fork_offset_{k}", "revolute", carrier, f"fork_{k}", X, xyz=(end, 0.0, 0.0), rpy=turn
-        )
+        origin = {"xyz": end * X, "rpy": (math.pi / 2 + shaft.fork_offset) * X}
+        self.adjustable(f"fork_offset_{k}", "revolute", carrier, f"fork_{k}", X, **origin)
         return f"fork_{k}"
 
     def link(
-        self,
-        name: str,
-        *,
-        mass: float = 0.0,
-        centre: float = 0.0,
-        moments: Sequence[float] = (0.0, 0.0, 0.0),
-        visuals: Iterable[ElementTree.Element] = (),
+        self, name: str, body: Body | None = None, visuals: Iterable[ElementTree.Element] = ()
     ) -> None:
-        """Write a link.
-
-        Args:
-            name: of the link.
-            mass: [kg]; no inertia without it.
-            centre: x of its centre of mass [m].
-            moments: principal moments of inertia about it, in axes of the link [kg·m²].
-            visuals: its shapes.
-        """
+        """Write a link with its inertia, if it has any, and its shapes."""
+        self.links.add(name)
         link = ElementTree.SubElement(self.element, "link", name=name)
-        if mass:
+        if body is not None and body.mass:
             inertial = ElementTree.SubElement(link, "inertial")
-            ElementTree.SubElement(inertial, "origin", xyz=numbers((centre, 0.0, 0.0)))
-            ElementTree.SubElement(inertial, "mass", value=repr(float(mass)))
-            values = dict(zip(("ixx", "iyy", "izz"), map(repr, map(float, moments)), strict=True))
+            ElementTree.SubElement(inertial, "origin", xyz=words(body.centre * X))
+            ElementTree.SubElement(inertial, "mass", value=words([body.mass]))
+            about, across = words([body.inertia]), words([body.transverse])
             products = dict.fromkeys(("ixy", "ixz", "iyz"), "0")
-            ElementTree.SubElement(inertial, "inertia", values | products)
+            ElementTree.SubElement(inertial, "inertia", products, ixx=about, iyy=across, izz=across)
         link.extend(visuals)
 
     def joint(
@@ -347,52 +295,40 @@ class _Writer:
         child: str,
         axis: Array,
         *,
-        xyz: Iterable[float] = (0.0, 0.0, 0.0),
-        rpy: Iterable[float] = (0.0, 0.0, 0.0),
+        xyz: Iterable[float] = NONE,
+        rpy: Iterable[float] = NONE,
         axis2: Array | None = None,
     ) -> ElementTree.Element:
-        """Write a tree joint."""
+        """Write a tree joint, and its child where that has not been written."""
+        if child not in self.links:
+            self.link(child)
         joint = ElementTree.SubElement(self.element, "joint", name=name, type=kind)
         ElementTree.SubElement(joint, "parent", link=parent)
         ElementTree.SubElement(joint, "child", link=child)
-        ElementTree.SubElement(joint, "origin", xyz=numbers(xyz), rpy=numbers(rpy))
+        ElementTree.SubElement(joint, "origin", xyz=words(xyz), rpy=words(rpy))
         if kind != "fixed":
-            ElementTree.SubElement(joint, "axis", xyz=numbers(axis))
+            ElementTree.SubElement(joint, "axis", xyz=words(axis))
         if axis2 is not None:
-            ElementTree.SubElement(joint, "axis2", xyz=numbers(axis2))
+            ElementTree.SubElement(joint, "axis2", xyz=words(axis2))
         if kind == "prismatic":
             _limit(joint, kind)
         return joint
 
-    def mimic(self, element: ElementTree.Element, of: str) -> None:
-        """Let a joint follow another one of the tree."""
-        # Both halves of a joint of constant velocity turn alike, which takes moments alone.
-        following = {"joint": of, "multiplier": "1", "offset": "0", "forces": "none"}
-        ElementTree.SubElement(element, "mimic", following)
-
     def adjustable(
-        self,
-        name: str,
-        kind: str,
-        parent: str,
-        child: str,
-        axis: Array,
-        *,
-        xyz: Iterable[float] = (0.0, 0.0, 0.0),
-        rpy: Iterable[float] = (0.0, 0.0, 0.0),
+        self, name: str, kind: str, parent: str, child: str, axis: Array, **origin: Array
     ) -> None:
         """Write a joint that is fixed unless a scene holds it."""
-        joint = self.joint(name, "fixed", parent, child, axis, xyz=xyz, rpy=rpy)
+        joint = self.joint(name, "fixed", parent, child, axis, **origin)
         joint.set("adjustable", kind)
-        ElementTree.SubElement(joint, "axis", xyz=numbers(axis))
+        ElementTree.SubElement(joint, "axis", xyz=words(axis))
         _limit(joint, kind)
 
     def loop(
         self,
         name: str,
         kind: str,
-        predecessor: tuple[str, Iterable[float], Iterable[float]],
-        successor: tuple[str, Iterable[float], Iterable[float]],
+        predecessor: tuple[str, Array, Array],
+        successor: tuple[str, Array, Array],
         axis: Array | None = None,
     ) -> None:
         """Write a loop between two links, with the place and turn of its frame in each."""
@@ -400,25 +336,9 @@ class _Writer:
         sides = {"predecessor": predecessor, "successor": successor}
         for side, (link, xyz, rpy) in sides.items():
             end = ElementTree.SubElement(loop, side, link=link)
-            ElementTree.SubElement(end, "origin", xyz=numbers(xyz), rpy=numbers(rpy))
+            ElementTree.SubElement(end, "origin", xyz=words(xyz), rpy=words(rpy))
         if axis is not None:
-            ElementTree.SubElement(loop, "axis", xyz=numbers(axis))
-
-
-def rpy(rotation: Array) -> tuple[float, float, float]:
-    """Return the angles [rad] about the fixed axes x, then y, then z, of a rotation `(3, 3)`."""
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation.tolist()
-    roll = math.atan2(zy, zz)
-    # Yaw from what roll leaves: upright, where both turn about one axis, roll may be any angle.
-    cosine, sine = math.cos(roll), math.sin(roll)
-    yaw = math.atan2(xz * sine - xy * cosine, yy * cosine - yz * sine)
-    return roll, math.atan2(-zx, math.hypot(xx, yx)), yaw
-
-
-def numbers(values: Iterable[float]) -> str:
-    """Return numbers as an attribute lists them, to the last digit."""
-    # Adding zero turns -0.0 into 0.0.
-    return " ".join(f"{float(value) + 0.0!r}".removesuffix(".0") for value in values)
+            ElementTree.SubElement(loop, "axis", xyz=words(axis))
 
 
 def _limit(joint: ElementTree.Element, kind: str) -> None:
