@@ -25,11 +25,11 @@ from ...figures.style import (
     wrapped,
 )
 from ...kit.arrays import NOTHING, Array
-from ...kit.errors import ArgumentError, ModelError
+from ...kit.errors import ArgumentError
 from ..formats.visuals import urdf_visual
 from ..viewer.visuals import surface_of
 from .line.files import units_of
-from .line.supports import Support, supports
+from .line.supports import bearings_of
 from .line.visuals import (
     cross_visuals,
     rear_fork_visuals,
@@ -252,10 +252,9 @@ def _view(
     for k in range(len(points) - 1):
         ends = points[k : k + 2, chosen]
         panel.plot(*ends.T, color="0.35", linewidth=0.5, linestyle=(0, (8, 2, 1, 2)), zorder=4)
-    for item in supports_or_none(line):
+    for item in bearings_of(line):
         k, found = item.shaft, line.geometry
-        along = item.distance if k else -item.distance
-        place = found.centres[max(k - 1, 0)] + along * found.directions[k]
+        place = found.centres[max(k - 1, 0)] + item.along * found.directions[k]
         panel.plot(
             place[0] * unit,
             (place[axis] - shaft_radius(line, k)) * unit - scale * _MARKER / 2.0 / 72.0,
@@ -344,14 +343,6 @@ def _tint(color: str) -> Any:
     from matplotlib.colors import to_rgb
 
     return tuple(0.55 + 0.45 * part for part in to_rgb(color))
-
-
-def supports_or_none(line: LineData) -> tuple[Support, ...]:
-    """Return what carries a line; nothing if its bearings do not hold it."""
-    try:
-        return supports(line).bearings
-    except ModelError:
-        return ()
 
 
 def _ticks(wording: Wording) -> Any:

@@ -138,7 +138,6 @@ PUT_TOGETHER = {
     "bending moment behind the joint",
     "balancing needed: limit {quantity}",
     "balancing not needed: limit {quantity}",
-    "{name} is held across its axis at {number} places, joints included, and 2 decide its forces",
     "give travel or profile of the spline of {name}",
     "give profile of the spline of {name}",
     "mass and inertia of the input shaft",

@@ -201,7 +201,7 @@ def _balances(
                     behind[columns] = force[0]
         for row, item in enumerate(bearings):
             if item.shaft == index:
-                arm = np.array([item.distance if index else -item.distance, 0.0, 0.0])
+                arm = np.array([item.along, 0.0, 0.0])
                 for column, axis in zip(unknowns.bearing(row), (1, 2, 0), strict=False):
                     matrix[axis, column] = 1.0
                     matrix[3:, column] = np.cross(arm, np.eye(3)[axis])

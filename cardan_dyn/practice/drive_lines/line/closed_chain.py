@@ -194,7 +194,7 @@ class _Writer:
     def further_bearing(self, item: Support, first: Support) -> None:
         """Write a bearing on the sleeve of the first one, or on the piece behind the spline."""
         place, k = self.bearing_place(item), item.shaft
-        carried, there, turn = f"sleeve_{k}", _along(item) - _along(first), 0.0
+        carried, there, turn = f"sleeve_{k}", item.along - first.along, 0.0
         if item.behind != first.behind:
             there, carried = self.on_shaft(item)
             turn = -self.zero.rotations[k]  # The ball then stands straight at zero.
@@ -204,11 +204,11 @@ class _Writer:
         """Return x of a bearing in the link that it carries, and this link."""
         if item.behind:
             return item.distance - spline_distance(self.line, item.shaft), f"slide_{item.shaft}"
-        return _along(item), f"shaft_{item.shaft}"
+        return item.along, f"shaft_{item.shaft}"
 
     def bearing_place(self, item: Support) -> str:
         """Write the place of a bearing, and return its link, whose origin is the bearing."""
-        name, frame, at = item.joint + "_{}", f"frame_{item.shaft}", _along(item)
+        name, frame, at = item.joint + "_{}", f"frame_{item.shaft}", item.along
         if item.behind:
             frame, at = f"end_{item.shaft}", at - float(self.line.geometry.lengths[item.shaft])
         place = self.moved(name, item.shaft, frame, at)
@@ -345,11 +345,6 @@ def _limit(joint: ElementTree.Element, kind: str) -> None:
     size = _RANGE[kind]
     limit = {"lower": f"{-size}", "upper": f"{size}", "effort": "1e6", "velocity": "10"}
     ElementTree.SubElement(joint, "limit", limit)
-
-
-def _along(item: Support) -> float:
-    """Return x of a bearing in the frame of its shaft; that of the input shaft ends at joint 1."""
-    return item.distance if item.shaft else -item.distance
 
 
 class Body(NamedTuple):

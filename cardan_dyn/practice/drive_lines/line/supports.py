@@ -16,10 +16,6 @@ from ....kit.errors import ModelError
 from .data import LineData
 from .parts import Bearing, Shaft
 
-_PLACES = 2
-"""Places at which a shaft is held across its axis; as many bearings stand for an end shaft's single
-bearing at its joint."""
-
 
 class Support(NamedTuple):
     """A bearing of a line.
@@ -42,6 +38,11 @@ class Support(NamedTuple):
     def joint(self) -> str:
         """Name of its joint in the description."""
         return f"support_{self.name}"
+
+    @property
+    def along(self) -> float:
+        """Its x in the frame of its shaft [m]; that of the input shaft ends at joint 1."""
+        return self.distance if self.shaft else -self.distance
 
 
 class Supports(NamedTuple):
@@ -72,6 +73,14 @@ def supports(line: LineData) -> Supports:
             is_locating, behind = (index, place) in locating, _is_behind(line, index, bearing)
             listed.append(Support(index, next(names), bearing.distance, is_locating, behind))
     return Supports(tuple(listed), (*across, *along))
+
+
+def bearings_of(line: LineData) -> tuple[Support, ...]:
+    """Return the bearings that carry a line; none if they do not hold it."""
+    try:
+        return supports(line).bearings
+    except ModelError:
+        return ()
 
 
 def in_order(found: Supports, index: int) -> list[Support]:
@@ -124,7 +133,7 @@ def _names(line: LineData) -> list[str]:
             given = shaft.bearings[place].name
             if index in (0, last):
                 letters = ("AB", "EF")[index == last]
-                plain = letters[rank] if len(order) == _PLACES else f"{letters[0]}{rank + 1}"
+                plain = letters[rank] if len(order) == 2 else f"{letters[0]}{rank + 1}"
             else:
                 centre += 1
                 plain = f"C{centre}"
@@ -159,17 +168,17 @@ def _across(line: LineData) -> list[str]:
     """Return which shafts are held at too many places across their axes."""
     found, offered, last = [], 0, len(line.shafts) - 1
     for index, shaft in enumerate(line.shafts):
-        is_end = index in (0, last)
-        held = offered + (len(shaft.bearings) or (_PLACES if is_end else 0))
+        # A single bearing at the joint of an end shaft stands for two.
+        held = offered + (len(shaft.bearings) or 2 * (index in (0, last)))
         held += shaft.centring is not None
         # A shaft that lacks one place takes the joint behind it, which the next shaft then holds.
-        lacking = _PLACES - held
+        lacking = 2 - held
         if lacking > (0 if index == last else 1):
             raise ModelError(_loose(line, index))
         if lacking < 0:
             found.append(
                 f"{line.shaft_names[index]} is held across its axis at {held} places, joints "
-                f"included, and {_PLACES} decide its forces"
+                "included, and 2 decide its forces"
             )
         offered = 0 if lacking > 0 else 1
     return found

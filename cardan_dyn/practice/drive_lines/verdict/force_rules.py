@@ -184,10 +184,7 @@ def _by_statics(case: Case) -> tuple[dict[str, float], str]:
         line.fork_offsets,
     )
     # A and B, the centres, E and F.
-    ordered = sorted(
-        supports(line).bearings,
-        key=lambda item: (item.shaft, item.distance if item.shaft else -item.distance),
-    )
+    ordered = sorted(supports(line).bearings, key=lambda item: (item.shaft, item.along))
     centres = np.moveaxis(found.centres, -2, 0) if line.count > 2 else np.zeros((0, 1, 3))
     listed: list[Array] = [found.A, found.B, *centres, found.E, found.F]
     # All positions come back after half a turn.

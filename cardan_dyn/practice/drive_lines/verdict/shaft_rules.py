@@ -12,13 +12,12 @@ from cardan_dyn.analytic import bending_speed, installation, shaft_design, torsi
 from cardan_dyn.analytic.limits import Limit
 
 from ....kit.arrays import EPS, ROUNDED, Array
-from ....kit.errors import ModelError
 from ....kit.roots import zero
 from ..line.closed_chain import cross_inertia, shaft_bodies
 from ..line.data import LineData
 from ..line.geometry import centring_places
 from ..line.parts import Shaft, Tube
-from ..line.supports import Support, supports
+from ..line.supports import bearings_of
 from .case import Case, OperatingPoint
 from .rows import FAIL, Inverse, VerdictRow, judged, opened, stated, withheld
 
@@ -221,7 +220,7 @@ def _inner_beams(case: Case) -> _Beams | str:
     lacking = [line.shaft_names[k] for k in inner if line.shafts[k].tube is None]
     if lacking:
         return f"give tube of {', '.join(lacking)}"
-    names = iter(item.name for item in _bearings(case))
+    names = iter(item.name for item in bearings_of(line))
     soft, bearings = [], []
     for k, shaft in enumerate(line.shafts):
         for item in shaft.bearings:
@@ -251,7 +250,9 @@ def _end_beam(case: Case, k: int) -> _Beams | str:
         return f"give bearings of {line.shaft_names[k]}"
     given = float(line.geometry.lengths[k])
     length = float(np.fmax(given, max(item.distance for item in shaft.bearings)))
-    names = [item.name for item in _bearings(case) if item.shaft == k] or [""] * len(shaft.bearings)
+    names = [item.name for item in bearings_of(line) if item.shaft == k] or [""] * len(
+        shaft.bearings
+    )
     bearings = [
         (name, bending_speed.LineBearing(0, item.distance, item.stiffness or np.inf))
         for name, item in zip(names, shaft.bearings, strict=True)
@@ -262,14 +263,6 @@ def _end_beam(case: Case, k: int) -> _Beams | str:
         return _Beams(case, [k], [length], masses, ends, bearings)
     except ValueError as error:
         return str(error)
-
-
-def _bearings(case: Case) -> tuple[Support, ...]:
-    """Return the bearings of a line; none if they do not hold it."""
-    try:
-        return supports(case.line).bearings
-    except ModelError:
-        return ()
 
 
 def _end_stiffness(shaft: Shaft) -> float:

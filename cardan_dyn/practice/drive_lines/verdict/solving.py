@@ -300,8 +300,7 @@ def _sleeves(
         on_shaft = in_order(held_by, shaft)
         if len(on_shaft) > 1:
             first, second = (names.index(item.name) for item in on_shaft[:2])
-            apart = on_shaft[1].distance - on_shaft[0].distance
-            found.append((first, second, apart if shaft else -apart))
+            found.append((first, second, on_shaft[1].along - on_shaft[0].along))
     return tuple(found)
 
 
@@ -521,8 +520,8 @@ def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> 
     joints = range(1, line.count + 1)
     # The joint's axes at zero are turned about the driving pin against those of the shaft.
     moments_in = [
-        sweep.wrench(f"pin_{k}_in", "parent").moment @ _about_y(turn).T
-        for k, turn in zip(joints, line.zero.driving, strict=True)
+        sweep.wrench(f"pin_{k}_in", "parent").moment @ turn.T
+        for k, turn in zip(joints, _about(1, line.zero.driving), strict=True)
     ]
     moments_out = [sweep[f"pin_{k}_out"].moment for k in joints]
     forces = [sweep.wrench(seat.joint, "parent").force for seat in setup.seats]
@@ -583,11 +582,6 @@ def _in_spline(wrench: JointWrench, lever: float, drawn_out: Array) -> tuple[Arr
     return sign * wrench.force, sign * (wrench.moment + moved)
 
 
-def _about_y(angle: float) -> Array:
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
-
-
 def _bearing_axes(found: Geometry, moved: _Moved, seats: Sequence[_Seat]) -> Array:
     """Return rotations from the axes of each bearing's place to along, left and up.
 
@@ -623,7 +617,7 @@ def _frames(found: Geometry, moved: _Moved) -> Array:
 
 
 def _about(axis: int, angles: Array) -> Array:
-    """Return rotations `(D, 3, 3)` about x (0) or z (2)."""
+    """Return rotations `(D, 3, 3)` about x (0), y (1) or z (2)."""
     result = np.zeros((len(angles), 3, 3))
     one, two = (axis + 1) % 3, (axis + 2) % 3
     result[:, axis, axis] = 1.0
