@@ -145,13 +145,14 @@ def writing(target: Path) -> Iterator[Path]:
                 part.unlink(missing_ok=True)
 
 
-def whole(name: str, value: object, least: int = 1) -> int:
+def whole(name: str, value: object, least: int = 1, most: int | None = None) -> int:
     """Return an argument that is a whole number.
 
     Args:
         name: how messages call the argument.
         value: an integer, Python's or NumPy's.
         least: smallest number that is accepted.
+        most: greatest one; none unless given.
 
     Raises:
         ArgumentError: it is anything else.
@@ -160,9 +161,10 @@ def whole(name: str, value: object, least: int = 1) -> int:
     is_whole = isinstance(value, (int, np.integer)) and not isinstance(
         value, (bool, np.timedelta64)
     )
-    if not is_whole or value < least:  # type: ignore[operator]
+    if not is_whole or value < least or (most is not None and value > most):  # type: ignore[operator]
+        end = "on" if most is None else f"to {most}"
         raise ArgumentError(
-            f"{name} is {described(value)}, expected a whole number from {least} on"
+            f"{name} is {described(value)}, expected a whole number from {least} {end}"
         )
     return int(value)  # type: ignore[call-overload]
 

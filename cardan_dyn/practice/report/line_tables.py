@@ -18,7 +18,7 @@ from ...kit.arrays import ROUNDED, Array
 from ...kit.errors import CardanError
 from ...scene.mechanism_report import grouped
 from ..drive_lines.design.fork_choice import phases_of
-from ..drive_lines.design.phasing import chosen_loads, peak, with_forks
+from ..drive_lines.design.phasing import peak, with_forks
 from ..drive_lines.design.support_loads import support_loads
 from ..drive_lines.line.closed_chain import shaft_bodies
 from ..drive_lines.line.fields import entries
@@ -374,7 +374,7 @@ def built_listing(phasing: Phasing[DriveLine], torque: float, wording: Wording) 
     force, title = np.full(len(ways), np.nan), "greatest bearing force"
     with contextlib.suppress(CardanError):
         held = [item.name for item in supports(line).bearings if 0 < item.shaft < line.count]
-        loads = chosen_loads(support_loads(line), held or None)
+        loads = support_loads(line, held or None)
         force = abs(torque) * np.array([peak(loads, of_line) for of_line in phases])
         title = "greatest force of centre bearings" if held else title
     forks: list[_Column] = [

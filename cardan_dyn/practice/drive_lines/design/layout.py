@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple
+from typing import Any, Generic
 
 import numpy as np
 
@@ -23,16 +23,16 @@ from .phasing import (
     ForkTask,
     Line,
     Phasing,
-    chosen_loads,
     fork_task,
     in_words,
     phased,
+    squares_of,
     with_forks,
 )
 from .support_loads import SupportLoads, support_loads
 
-_OF_SHAFT = ("length", "slope_side", "slope_plan")
-_POINTS = tuple(f"{end}_{axis}" for end in ("start", "end") for axis in "xyz")
+Place = tuple[int | str, ...]
+"""Where a variable stands in the shafts of a line: their fields and indices, from the outside."""
 _FORKS = 128
 """Fork positions that each layout is judged by while the search goes on."""
 _POPULATION, _GENERATIONS = 8, 30
@@ -85,14 +85,6 @@ class Layout(Generic[Line]):
     def value(self) -> float:
         """Value of the objective of the best line [rad or N]."""
         return self.phasing.value
-
-
-class _Place(NamedTuple):
-    """Where a variable stands in a line."""
-
-    shaft: int
-    bearing: int | None
-    field: str
 
 
 def layout(
@@ -153,7 +145,7 @@ def layout(
     )
 
 
-def _variables(line: Line, free: Mapping[str, Sequence[float]]) -> tuple[dict[str, _Place], Array]:
+def _variables(line: Line, free: Mapping[str, Sequence[float]]) -> tuple[dict[str, Place], Array]:
     """Return where variables stand, and their bounds `(v, 2)`."""
     if not isinstance(free, Mapping) or not free:
         raise ArgumentError(
@@ -181,62 +173,56 @@ def _variables(line: Line, free: Mapping[str, Sequence[float]]) -> tuple[dict[st
     return {name: known[name] for name in free}, np.array(bounds)
 
 
-def _known(line: Line) -> dict[str, _Place]:
-    known = {}
+def _known(line: Line) -> dict[str, Place]:
+    known: dict[str, Place] = {}
     for index, (name, shaft) in enumerate(zip(line.shaft_names, line.shafts, strict=True)):
-        has_points = shaft.end is not None
-        fields = [field for field in _POINTS if getattr(shaft, field[:-2]) is not None]
-        placed = has_points or shaft.centring is not None
-        fields += [] if placed else ["slope_side", "slope_plan"]
-        if not has_points and shaft.length is not None:
-            fields.append("length")
-        for field in fields:
-            known[f"{name}.{field}"] = _Place(index, None, field)
+        for end in ("start", "end"):
+            if getattr(shaft, end) is not None:
+                known |= {f"{name}.{end}_{axis}": (index, end, i) for i, axis in enumerate("xyz")}
+        if shaft.end is None:
+            fields = [] if shaft.centring is not None else ["slope_side", "slope_plan"]
+            fields += [] if shaft.length is None else ["length"]
+            known |= {f"{name}.{field}": (index, field) for field in fields}
     if line.bearings:
         numbers = [i for shaft in line.shafts for i in range(len(shaft.bearings))]
         for item, number in zip(supports(line).bearings, numbers, strict=True):
-            known[f"{item.name}.distance"] = _Place(item.shaft, number, "distance")
+            known[f"{item.name}.distance"] = (item.shaft, "bearings", number, "distance")
     return known
 
 
-def _value(line: Line, place: _Place) -> float:
-    shaft = line.shafts[place.shaft]
-    if place.bearing is not None:
-        return shaft.bearings[place.bearing].distance
-    if place.field in _OF_SHAFT:
-        return float(getattr(shaft, place.field) or 0.0)
-    return float(getattr(shaft, place.field[:-2])["xyz".index(place.field[-1])])
+def _value(holder: Any, place: Place) -> float:
+    for step in place:
+        holder = getattr(holder, step) if isinstance(step, str) else holder[step]
+    return float(holder or 0.0)
 
 
-def _values(line: Line, places: Mapping[str, _Place]) -> Array:
-    return np.array([_value(line, place) for place in places.values()])
+def _changed(holder: Any, place: Place, value: float) -> Any:
+    """Return a dataclass or a tuple with another value at a place in it."""
+    if not place:
+        return value
+    step, rest = place[0], place[1:]
+    if isinstance(step, str):
+        return dataclasses.replace(holder, **{step: _changed(getattr(holder, step), rest, value)})
+    return (*holder[:step], _changed(holder[step], rest, value), *holder[step + 1 :])
 
 
-def _with(line: Line, places: Mapping[str, _Place], values: Array) -> Line:
+def _values(line: Line, places: Mapping[str, Place]) -> Array:
+    return np.array([_value(line.shafts, place) for place in places.values()])
+
+
+def _with(line: Line, places: Mapping[str, Place], values: Array) -> Line:
     """Return a line with other values of its variables."""
-    shafts = list(line.shafts)
-    for place, value in zip(places.values(), values, strict=True):
-        shaft = shafts[place.shaft]
-        if place.bearing is not None:
-            moved = list(shaft.bearings)
-            moved[place.bearing] = dataclasses.replace(moved[place.bearing], distance=float(value))
-            changes: dict[str, Any] = {"bearings": tuple(moved)}
-        elif place.field in _OF_SHAFT:
-            changes = {place.field: float(value)}
-        else:
-            end = place.field[:-2]
-            point = list(getattr(shaft, end))
-            point["xyz".index(place.field[-1])] = float(value)
-            changes = {end: tuple(point)}
-        shafts[place.shaft] = dataclasses.replace(shaft, **changes)
-    return dataclasses.replace(line, shafts=tuple(shafts))
+    shafts = line.shafts
+    for place, value in zip(places.values(), values.tolist(), strict=True):
+        shafts = _changed(shafts, place, value)
+    return dataclasses.replace(line, shafts=shafts)
 
 
 Value = Callable[[Array], float]
 """Values of the variables `(v,)` to the objective; infinite where no line can be put together."""
 
 
-def _residual(line: Line, places: Mapping[str, _Place], task: ForkTask) -> Value:
+def _residual(line: Line, places: Mapping[str, Place], task: ForkTask) -> Value:
     """Return the least residual angle of layouts with their best forks."""
     corners, allowed = task.corners, task.allowed
 
@@ -255,28 +241,29 @@ def _residual(line: Line, places: Mapping[str, _Place], task: ForkTask) -> Value
     return least
 
 
-def _force(line: Line, places: Mapping[str, _Place], task: ForkTask, forks: Array) -> Value:
+def _force(line: Line, places: Mapping[str, Place], task: ForkTask, forks: Array) -> Value:
     """Return the greatest force per torque of layouts with the best of some forks `(c, n - 1)`."""
-    rotation = np.arange(ROUGH) * (np.pi / ROUGH)
 
     def least(values: Array) -> float:
         try:
             varied = _with(line, places, values)
-            loads = chosen_loads(support_loads(varied), task.bearings)
+            loads = support_loads(varied, task.bearings)
         except ModelError:
             return np.inf
-        phases = phases_of(forks, varied.geometry.plane_offsets)[:, None, :]
-        squares = loads.squares(phases, rotation).reshape(len(forks), -1)
+        squares = squares_of(loads, forks, varied.geometry.plane_offsets, ROUGH)
         return float(np.sqrt(squares.max(axis=1).min()))
 
     return least
 
 
-def _with_forks(line: Line, places: Mapping[str, _Place], bounds: Array, task: ForkTask) -> Line:
+def _with_forks(line: Line, places: Mapping[str, Place], bounds: Array, task: ForkTask) -> Line:
     """Return a line whose layout and free forks have descended together to the least force."""
     free = np.array([item is None for item in task.allowed])
-    rotation, span = np.arange(FINE) * (np.pi / FINE), np.ptp(bounds, axis=1)
-    count, known = len(places), dict[bytes, tuple[SupportLoads, Array]]()
+    span, count, known = (
+        np.ptp(bounds, axis=1),
+        len(places),
+        dict[bytes, tuple[SupportLoads, Array]](),
+    )
 
     def put(variables: Array) -> tuple[Array, Array]:
         """Values of variables of the layout, which count in parts of their range, and forks."""
@@ -290,11 +277,11 @@ def _with_forks(line: Line, places: Mapping[str, _Place], bounds: Array, task: F
             key = values.tobytes()
             if key not in known:
                 varied = _with(line, places, values)
-                loads = chosen_loads(support_loads(varied), task.bearings)
+                loads = support_loads(varied, task.bearings)
                 known[key] = loads, varied.geometry.plane_offsets
             loads, planes = known[key]
-            rows.append(loads.squares(phases_of(offsets, planes), rotation).ravel())
-        return np.array(rows)
+            rows.append(squares_of(loads, offsets[None], planes, FINE))
+        return np.concatenate(rows)
 
     unlimited = np.full(int(free.sum()), np.inf)
     start = np.append((_values(line, places) - bounds[:, 0]) / span, line.fork_offsets[free])

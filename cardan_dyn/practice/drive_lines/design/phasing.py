@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
 from ....kit.arrays import ROUNDED, Array
-from ....kit.checks import described
+from ....kit.checks import whole
 from ....kit.errors import ArgumentError, ModelError, choices
 from ....kit.extremes import greatest
 from ..line.data import LineData
@@ -206,7 +207,7 @@ def fork_task(
         bearings=bearings,
         torque=_input_torque(line, torque) if is_force else 0.0,
         allowed=_allowed_offsets(line, teeth, fixed),
-        most=_whole(count, "count", 1, 1000),
+        most=whole("count", count, most=1000),
     )
 
 
@@ -251,7 +252,7 @@ def _allowed_offsets(
         if number is None:
             result.append(None)
         else:
-            number = _whole(number, f"teeth of {line.shaft_names[index]}", 2, 10_000)
+            number = whole(f"teeth of {line.shaft_names[index]}", number, 2, 10_000)
             result.append(tooth_offsets(float(offset), number))
     return result
 
@@ -283,16 +284,6 @@ def _shaft_index(line: LineData, shaft: str | int, valid: range) -> int:
     )
 
 
-def _whole(value: object, name: str, least: int, most: int) -> int:
-    """Return a whole number within limits."""
-    is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if not is_whole or not least <= value <= most:  # type: ignore[operator]
-        raise ArgumentError(
-            f"{name} is {described(value)}, expected a whole number from {least} to {most}"
-        )
-    return int(value)  # type: ignore[call-overload]
-
-
 def _input_torque(line: LineData, torque: float | None) -> float:
     """Return the torque of the input shaft, that of the line unless given [N·m]."""
     found = line.torque if torque is None else torque
@@ -322,19 +313,14 @@ def _least_residual(line: Line, task: ForkTask) -> Phasing[Line]:
 
 def _least_force(line: Line, task: ForkTask) -> Phasing[Line]:
     """Return the forks with the least greatest bearing force over a revolution."""
-    loads = chosen_loads(support_loads(line), task.bearings)
+    loads = support_loads(line, task.bearings)
     planes, given = line.geometry.plane_offsets, line.fork_offsets
 
-    def squares(positions: int) -> Any:
-        rotation = np.arange(positions) * (np.pi / positions)
-
-        def of(offsets: Array) -> Array:
-            phases = phases_of(offsets, planes)[:, None, :]
-            return loads.squares(phases, rotation).reshape(len(offsets), -1)
-
-        return of
-
-    choice = minima(squares(FINE), squares(ROUGH), task.allowed, task.most + 1, given)
+    fine, rough = (
+        partial(squares_of, loads, planes=planes, positions=positions)
+        for positions in (FINE, ROUGH)
+    )
+    choice = minima(fine, rough, task.allowed, task.most + 1, given)
     choice = choice._replace(offsets=halved(choice.offsets))
 
     def values(phases: Array) -> Array:
@@ -344,28 +330,14 @@ def _least_force(line: Line, task: ForkTask) -> Phasing[Line]:
     return _phasing(line, task, choice, values, bound, choice.complete)
 
 
-def chosen_loads(loads: SupportLoads, bearings: Sequence[str] | None) -> SupportLoads:
-    """Return the loads of some bearings, of all unless given.
+def squares_of(loads: SupportLoads, offsets: Array, planes: Array, positions: int) -> Array:
+    """Return the squares of forces per torque of fork offsets `(c, n - 1)`, `(c, q)` [1/m²].
 
-    Raises:
-        ArgumentError: no bearing at all.
-        ModelError: there is no such bearing.
+    At so many positions in half a turn, of all bearings.
     """
-    if bearings is None:
-        return loads
-    wanted = (bearings,) if isinstance(bearings, str) else tuple(bearings)
-    for name in wanted:
-        if name not in loads.names:
-            raise ModelError(
-                f"the line has no bearing {name!r}; bearings: {choices(loads.names, name)}",
-                name=name if isinstance(name, str) else None,
-            )
-    if not wanted:
-        raise ArgumentError("bearings is empty; name the bearings whose forces count")
-    rows = [loads.names.index(name) for name in wanted]
-    return loads._replace(
-        names=wanted, shafts=loads.shafts[rows], axes=loads.axes[rows], factors=loads.factors[rows]
-    )
+    phases = phases_of(offsets, planes)[:, None, :]
+    squares = loads.squares(phases, np.arange(positions) * (np.pi / positions))
+    return squares.reshape(len(offsets), -1)
 
 
 def peak(loads: SupportLoads, phases: Array) -> float:

@@ -20,13 +20,14 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import itertools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ....kit.arrays import NOTHING, Array
-from ....kit.errors import ModelError
+from ....kit.errors import ArgumentError, ModelError, choices
 from ..line.data import LineData
 from ..line.geometry import centring_places
 from ..line.supports import Support, spline_distance, supports
@@ -111,16 +112,22 @@ def moments(
     return result
 
 
-def support_loads(line: LineData) -> SupportLoads:
-    """Return the forces of all bearings of a line.
+def support_loads(line: LineData, chosen: Sequence[str] | None = None) -> SupportLoads:
+    """Return the forces of bearings of a line.
+
+    Args:
+        line: the line.
+        chosen: names of the bearings; all unless given.
 
     Raises:
-        ModelError: the line is not held, has no bearings, or statics leaves a force open.
+        ArgumentError: no bearing is chosen.
+        ModelError: the line is not held, has no bearings or none of a name, or statics leaves a
+            force open.
     """
     bearings = supports(line).bearings
     if not bearings:
         raise ModelError("the line has no bearings whose forces could be told; give bearings")
-    unknowns = _Unknowns(line, bearings)
+    unknowns = _unknowns(line, bearings)
     balance, applied = _balances(line, bearings, unknowns)
     inverse = np.linalg.pinv(balance)
     solved = -inverse @ applied
@@ -131,60 +138,58 @@ def support_loads(line: LineData) -> SupportLoads:
     axes = np.stack([line.geometry.frames[item.shaft][:, 1:] for item in bearings])
     factors = np.empty((len(bearings), 2, line.count, 3))
     for row, item in enumerate(bearings):
-        columns = unknowns.bearing(row)[:2]
+        start = unknowns["bearing", row].start
+        columns = slice(start, start + 2)
         if np.max(np.abs(left_open[columns])) > NOTHING:
             raise ModelError(
                 f"statics leaves the force of bearing {item.name} open: "
                 f"{'; '.join(supports(line).indeterminate) or 'too many bearings'}; leave out one"
             )
         factors[row] = solved[columns].reshape(2, line.count, 3)
-    shafts = np.array([item.shaft for item in bearings])
-    names = tuple(item.name for item in bearings)
-    return SupportLoads(names, shafts, axes, factors, line.joint_angles, line.even)
+    every = [item.name for item in bearings]
+    names = every if chosen is None else [chosen] if isinstance(chosen, str) else [*chosen]
+    for name in names:
+        if name not in every:
+            raise ModelError(
+                f"the line has no bearing {name!r}; bearings: {choices(every, name)}",
+                name=name if isinstance(name, str) else None,
+            )
+    if not names:
+        raise ArgumentError("bearings is empty; name the bearings whose forces count")
+    rows = [every.index(name) for name in names]
+    shafts = np.array([bearings[row].shaft for row in rows])
+    return SupportLoads(
+        tuple(names), shafts, axes[rows], factors[rows], line.joint_angles, line.even
+    )
 
 
-class _Unknowns:
-    """Columns of the unknowns: joint forces in world axes, bearing forces across and along."""
+def _unknowns(line: LineData, bearings: Sequence[Support]) -> dict[tuple[str, int], slice]:
+    """Return the columns of unknowns, by what they are and its number.
 
-    def __init__(self, line: LineData, bearings: tuple[Support, ...]) -> None:
-        self._joints = 3 * line.count
-        self._starts, column = [], self._joints
-        for item in bearings:
-            self._starts.append(column)
-            column += 3 if item.locating else 2
-        self.clamps: dict[int, slice] = {}
-        for index in (0, line.count):
-            if not line.shafts[index].bearings:
-                # One bearing at the joint, which carries force and bending.
-                self.clamps[index] = slice(column, column + 5)
-                column += 5
-        self._ends = [
-            *self._starts[1:],
-            min((c.start for c in self.clamps.values()), default=column),
-        ]
-        self.centrings: dict[int, slice] = {}
-        for index in line.centred:
-            self.centrings[index] = slice(column, column + 2)
-            column += 2
-        self.count = column
-
-    def joint(self, number: int) -> slice:
-        """Return the columns of the force of shaft k - 1 on shaft k."""
-        return slice(3 * number - 3, 3 * number)
-
-    def bearing(self, row: int) -> list[int]:
-        """Return the columns of the force of a bearing: along y, z and, if locating, x."""
-        return list(range(self._starts[row], self._ends[row]))
+    Forces of joints k in world axes, of shaft k - 1 on shaft k; of bearings along y, z and, if
+    locating, x; at end shafts without bearings forces and bending; across what centrings slide on.
+    """
+    sizes = {("joint", k): 3 for k in range(1, line.count + 1)}
+    sizes |= {("bearing", row): 2 + item.locating for row, item in enumerate(bearings)}
+    sizes |= {("end", k): 5 for k in (0, line.count) if not line.shafts[k].bearings}
+    sizes |= {("centring", k): 2 for k in line.centred}
+    ends = itertools.accumulate(sizes.values())
+    return {
+        key: slice(end - size, end) for (key, size), end in zip(sizes.items(), ends, strict=True)
+    }
 
 
 def _balances(
-    line: LineData, bearings: tuple[Support, ...], unknowns: _Unknowns
+    line: LineData, bearings: Sequence[Support], unknowns: dict[tuple[str, int], slice]
 ) -> tuple[Array, Array]:
     """Return what unknowns and moments of joints `(3 n,)` contribute to the balances of shafts."""
     rows, applied = [], []
+    count = max(columns.stop for columns in unknowns.values())
+    # The torques balance by the motion of the joints.
+    keep = [0, 1, 2, 4, 5]
     for index in range(line.count + 1):
-        matrix, known = np.zeros((6, unknowns.count)), np.zeros((6, 3 * line.count))
-        behind = np.zeros(unknowns.count)
+        matrix, known = np.zeros((6, count)), np.zeros((6, 3 * line.count))
+        behind = np.zeros(count)
         frame, origin = line.geometry.frames[index], line.geometry.centres[max(index - 1, 0)]
         has_spline, cut = line.shafts[index].spline is not None, 0.0
         if has_spline:
@@ -192,7 +197,7 @@ def _balances(
         for number, sense in ((index, 1.0), (index + 1, -1.0)):
             if 1 <= number <= line.count:
                 arm = frame.T @ (line.geometry.centres[number - 1] - origin)
-                columns = unknowns.joint(number)
+                columns = unknowns["joint", number]
                 force = sense * frame.T
                 matrix[:3, columns] = force
                 matrix[3:, columns] = np.cross(arm, force, axisb=0, axisc=0)
@@ -202,14 +207,16 @@ def _balances(
         for row, item in enumerate(bearings):
             if item.shaft == index:
                 arm = np.array([item.along, 0.0, 0.0])
-                for column, axis in zip(unknowns.bearing(row), (1, 2, 0), strict=False):
+                places = range(count)[unknowns["bearing", row]]
+                for column, axis in zip(places, (1, 2, 0), strict=False):
                     matrix[axis, column] = 1.0
                     matrix[3:, column] = np.cross(arm, np.eye(3)[axis])
                     if item.behind and axis == 0:
                         behind[column] = 1.0
-        for piece, columns, axes in _centrings(line, unknowns):
+        for piece in line.centred:
             if index not in (piece - 1, piece + 1):
                 continue
+            columns, axes = unknowns["centring", piece], _centring_axes(line, piece)
             place = centring_places(line.shafts, line.geometry, piece)[0]
             point = line.geometry.centres[piece - 1] + place * line.geometry.directions[piece - 1]
             force = (1.0 if index > piece else -1.0) * frame.T @ axes
@@ -217,10 +224,8 @@ def _balances(
             matrix[3:, columns] = np.cross(frame.T @ (point - origin), force, axisb=0, axisc=0)
             if has_spline and index < piece:
                 behind[columns] = force[0]
-        if index in unknowns.clamps:
-            matrix[[0, 1, 2, 4, 5], unknowns.clamps[index]] = np.eye(5)
-        # The torques balance by the motion of the joints.
-        keep = [0, 1, 2, 4, 5]
+        if ("end", index) in unknowns:
+            matrix[keep, unknowns["end", index]] = np.eye(5)
         rows.append(matrix[keep])
         applied.append(known[keep])
         if has_spline:
@@ -229,18 +234,16 @@ def _balances(
     return np.concatenate(rows), np.concatenate(applied)
 
 
-def _centrings(line: LineData, unknowns: _Unknowns) -> Iterator[tuple[int, slice, Array]]:
-    """Yield each coupling piece with the columns of its centring's force and their world axes.
+def _centring_axes(line: LineData, piece: int) -> Array:
+    """Return the world axes `(3, 2)` of the force of a centring on the shaft behind its piece.
 
-    The force acts on the shaft behind the piece: across the piece if a disc passes it on, across
-    the shaft that it slides along if a ball does.
+    It acts across the piece if a disc passes it on, across the shaft that it slides along if a ball
+    does.
     """
-    for piece, columns in unknowns.centrings.items():
-        kind = line.shafts[piece].centring
-        slides = piece
-        if kind is not None and kind.kind == "ball":
-            slides = piece - 1 if kind.fixed_to == "rear" else piece + 1
-        yield piece, columns, line.geometry.frames[slides][:, 1:]
+    kind, slides = line.shafts[piece].centring, piece
+    if kind is not None and kind.kind == "ball":
+        slides = piece - 1 if kind.fixed_to == "rear" else piece + 1
+    return line.geometry.frames[slides][:, 1:]
 
 
 def _bend_axes(line: LineData, number: int) -> Array:
