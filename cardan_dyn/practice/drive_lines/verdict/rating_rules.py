@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -184,71 +184,73 @@ def _occurring(case: Case, k: int, point: OperatingPoint) -> OperatingPoint:
 
 
 def _steady_life(case: Case, k: int, kind: str, point: OperatingPoint) -> VerdictRow:
-    beta = float(case.line.joint_angles[k])
-    occurring, joint = _occurring(case, k, point), case.line.joints[k]
-    torque, nominal = abs(occurring.torque or 0.0), abs(point.torque or 0.0)
-    notes = [] if torque == nominal else [f"T_eq {torque:.4g} N·m"]
-    notes += ["its angle counts as 3°"] if beta < LIMITS["least_life_angle"].value else []
-    return VerdictRow(
-        rule="joint_life",
-        where=case.line.joint_names[k],
-        quantity=f"B10 life by {kind.replace('_', ' ')}",
-        value=_life_at(case, joint, kind, beta, occurring) * HOUR,
-        unit="s",
-        rule_value=_life_at(case, joint, kind, beta, point) * HOUR,
-        condition=point.name,
-        inverses=_needed(case, kind, k, [point]),
-        note="; ".join(notes),
-        broken=_uneven(torque, nominal),
-    )
+    occurring = _occurring(case, k, point)
+    torques = abs(occurring.torque or 0.0), abs(point.torque or 0.0)
+    lives = [_life_at(case, k, kind, at) for at in (occurring, point)]
+    note = "" if torques[0] == torques[1] else f"T_eq {torques[0]:.4g} N·m"
+    return _row_of_life(case, k, kind, [point], lives, torques, note)
 
 
 def _duty_life(case: Case, k: int, kind: str, duty: list[OperatingPoint]) -> VerdictRow:
-    beta, joint = float(case.line.joint_angles[k]), case.line.joints[k]
-    shares = [point.share for point in duty]
-    speeds = [p.speed or 0.0 for p in duty]
-    lives, equivalents = [], []
+    shares, speeds = [point.share for point in duty], [point.speed or 0.0 for point in duty]
+    betas = [float(case.line.joint_angles[k])] * len(duty)
+    lives, torques = [], []
     for points in ([_occurring(case, k, point) for point in duty], duty):
-        of_points = [_life_at(case, joint, kind, beta, point) for point in points]
+        of_points = [_life_at(case, k, kind, point) for point in points]
         lives.append(float(shaft_design.duty_cycle_life(shares, of_points)))
-        torques = [abs(p.torque or 0.0) for p in points]
-        equivalent = shaft_design.equivalent_duty(shares, torques, speeds, [beta] * len(duty))
-        equivalents.append(float(equivalent.torque))
-    hours, by_rule = lives
-    factor = case.limit("mean_life_factor")
-    notes = [f"T_eq {equivalents[0]:.4g} N·m"]
-    notes += [] if factor is None else [f"mean life {hours * factor.value:.3g} h"]
-    notes += ["its angle counts as 3°"] if beta < LIMITS["least_life_angle"].value else []
+        sizes = [abs(point.torque or 0.0) for point in points]
+        torques.append(float(shaft_design.equivalent_duty(shares, sizes, speeds, betas).torque))
+    note, factor = f"T_eq {torques[0]:.4g} N·m", case.limit("mean_life_factor")
+    if factor is not None:
+        note = f"{note}; mean life {lives[0] * factor.value:.3g} h"
+    return _row_of_life(case, k, kind, duty, lives, torques, note)
+
+
+def _row_of_life(
+    case: Case,
+    k: int,
+    kind: str,
+    points: list[OperatingPoint],
+    lives: Sequence[float],
+    torques: Sequence[float],
+    note: str,
+) -> VerdictRow:
+    """Return the row of a life at one point, or over a duty cycle.
+
+    Args:
+        case: the case.
+        k: number of the joint, from 0.
+        kind: of the rating.
+        points: one that is steady, or all of the duty cycle.
+        lives: with the torque that occurs, and by the rule [h].
+        torques: that occur, and by the rule [N·m].
+        note: of the row.
+    """
+    is_low = bool(case.line.joint_angles[k] < LIMITS["least_life_angle"].value)
+    rule, at = ("joint_life", points[0].name) if points[0].steady else ("duty_cycle", "duty cycle")
     return VerdictRow(
-        rule="duty_cycle",
+        rule=rule,
         where=case.line.joint_names[k],
         quantity=f"B10 life by {kind.replace('_', ' ')}",
-        value=hours * HOUR,
+        value=lives[0] * HOUR,
         unit="s",
-        rule_value=by_rule * HOUR,
-        condition="duty cycle",
-        inverses=_needed(case, kind, k, duty),
-        note="; ".join(notes),
-        broken=_uneven(*equivalents),
+        rule_value=lives[1] * HOUR,
+        condition=at,
+        inverses=_needed(case, kind, k, points),
+        note="; ".join(filter(None, [note, "its angle counts as 3°" * is_low])),
+        broken=_uneven(*torques),
     )
 
 
-def _life_at(case: Case, joint: ShaftJoint, kind: str, beta: float, point: OperatingPoint) -> float:
+def _life_at(case: Case, k: int, kind: str, point: OperatingPoint) -> float:
     """Return the B10 life at a point [h]; infinite at rest or without torque."""
     torque, speed = abs(point.torque or 0.0), point.speed or 0.0
     if torque == 0.0 or speed == 0.0:
         return math.inf
-    if kind == "rated_torque":
-        return float(
-            shaft_design.joint_life(
-                speed, beta, torque, joint.rated_torque or 0.0, case.service_factor
-            )
-        )
-    return float(
-        shaft_design.joint_life_from_capacity(
-            speed, beta, torque, joint.capacity or 0.0, case.service_factor
-        )
-    )
+    is_torque = kind == "rated_torque"
+    life = shaft_design.joint_life if is_torque else shaft_design.joint_life_from_capacity
+    rating, beta = getattr(case.line.joints[k], kind), float(case.line.joint_angles[k])
+    return float(life(speed, beta, torque, rating, case.service_factor))
 
 
 def _needed(case: Case, kind: str, k: int, points: list[OperatingPoint]) -> tuple[Inverse, ...]:
@@ -258,27 +260,18 @@ def _needed(case: Case, kind: str, k: int, points: list[OperatingPoint]) -> tupl
     loads = [point for point in turning if point.torque]
     if life is None or not loads:
         return ()
-    hours = life / HOUR
-    if kind == "rated_torque":
-        # Damage adds up, and goes with T_D to the power of -10/3.
-        ratings = [
-            shaft_design.required_rated_torque(
-                abs(p.torque or 0), p.speed or 0, beta, hours, case.service_factor
-            )
-            for p in loads
-        ]
-        damage = np.array([p.share for p in loads]) @ np.float_power(ratings, 10.0 / 3.0)
-        return (Inverse("required T_D", float(damage**0.3), "N m"),)
+    # Damage adds up, and goes with T_D to the power of -10/3, with L_C to that of -1.
+    rating_for, exponent, what, unit = (
+        (shaft_design.required_rated_torque, 10.0 / 3.0, "required T_D", "N m")
+        if kind == "rated_torque"
+        else (shaft_design.required_capacity, 1.0, "required L_C", "1")
+    )
     needed = [
-        p.share
-        * float(
-            shaft_design.required_capacity(
-                abs(p.torque or 0), p.speed or 0, beta, hours, case.service_factor
-            )
-        )
+        rating_for(abs(p.torque or 0), p.speed or 0, beta, life / HOUR, case.service_factor)
         for p in loads
     ]
-    return (Inverse("required L_C", sum(needed), "1"),)
+    damage = np.array([p.share for p in loads]) @ np.float_power(needed, exponent)
+    return (Inverse(what, float(damage ** (1.0 / exponent)), unit),)
 
 
 def _precision(case: Case, k: int) -> Iterator[VerdictRow]:

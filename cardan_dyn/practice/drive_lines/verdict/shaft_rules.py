@@ -250,12 +250,10 @@ def _end_beam(case: Case, k: int) -> _Beams | str:
         return f"give bearings of {line.shaft_names[k]}"
     given = float(line.geometry.lengths[k])
     length = float(np.fmax(given, max(item.distance for item in shaft.bearings)))
-    names = [item.name for item in bearings_of(line) if item.shaft == k] or [""] * len(
-        shaft.bearings
-    )
+    names = iter(item.name for item in bearings_of(line) if item.shaft == k)
     bearings = [
-        (name, bending_speed.LineBearing(0, item.distance, item.stiffness or np.inf))
-        for name, item in zip(names, shaft.bearings, strict=True)
+        (next(names, ""), bending_speed.LineBearing(0, item.distance, item.stiffness or np.inf))
+        for item in shaft.bearings
     ]
     masses = [line.joints[0 if k == 0 else -1].cross_mass, 0.0]
     ends = [np.inf if len(bearings) == 1 else 0.0, 0.0]

@@ -135,23 +135,14 @@ class Verdict:
             raise MissingExtraError(
                 'this table needs pandas: pip install "cardan-dyn[study]"'
             ) from error
-        return pandas.DataFrame(
-            {
-                "rule": [row.rule for row in self.rows],
-                "where": [row.where for row in self.rows],
-                "quantity": [row.quantity for row in self.rows],
-                "value": [row.value for row in self.rows],
-                "rule_value": [row.rule_value for row in self.rows],
-                "limit": [row.limit.value if row.limit else None for row in self.rows],
-                "bound": [row.limit.bound if row.limit else "" for row in self.rows],
-                "unit": [row.unit for row in self.rows],
-                "margin": [row.margin for row in self.rows],
-                "status": [row.status for row in self.rows],
-                "condition": [row.condition for row in self.rows],
-                "source": [row.source for row in self.rows],
-                "remarks": ["; ".join(row.remarks()) for row in self.rows],
-            }
+        columns = (
+            "rule where quantity value rule_value limit bound unit margin status condition source"
         )
+        found = {name: [getattr(row, name, "") for row in self.rows] for name in columns.split()}
+        found["limit"] = [row.limit.value if row.limit else None for row in self.rows]
+        found["bound"] = [row.limit.bound if row.limit else "" for row in self.rows]
+        found["remarks"] = ["; ".join(row.remarks()) for row in self.rows]
+        return pandas.DataFrame(found)
 
 
 def verdict(
