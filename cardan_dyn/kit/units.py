@@ -258,13 +258,13 @@ def written(
     def awkward(item: tuple[Unit, list[float]]) -> tuple[int, bool, bool]:
         unit, numbers = item
         is_small = any(0.0 < abs(number) < 1.0 for number in numbers)
-        return max(_HAND, *map(digits, numbers)), is_of_usa(unit) != of_usa, is_small
+        return max(HAND, *map(digits, numbers)), is_of_usa(unit) != of_usa, is_small
 
     found, shown = min(exact, key=awkward)
     return f"{name}_{found.suffix}", shown
 
 
-_HAND = 6
+HAND = 6
 """Digits up to which people write numbers."""
 
 

@@ -20,21 +20,19 @@ from ...kit.arrays import NOTHING
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, choices
 from ...kit.quantities import cleared, prefix
-from ...kit.units import FOOT, HOUR, INCH, POUND, POUND_FORCE
+from ...kit.units import DIMENSIONS, FOOT, HAND, INCH, POUND, POUND_FORCE
+from ...kit.units import digits as digits_of
 
 LANGUAGES = ("en", "de")
 UNITS = ("si", "imperial")
 DIGITS = 4
 """Significant digits of what is computed."""
-GIVEN_DIGITS = 6
-"""Significant digits at most of what is given."""
 THIN = "\N{NARROW NO-BREAK SPACE}"
 """Between groups of three digits."""
 SPACE = "\N{NO-BREAK SPACE}"
 """Between a number and its unit: wider, so that no digit of the one joins the other."""
 MINUS = "\N{MINUS SIGN}"
 _SOFT_HYPHEN = "\N{SOFT HYPHEN}"
-NONE = "\N{EN DASH}"
 _UNSCALED = range(-4, 7)
 """Powers of ten of the numbers that are written without one."""
 
@@ -53,48 +51,36 @@ class Measure(NamedTuple):
     decimals: int = 3
 
 
-_SI: dict[str, Measure] = {
-    "length": Measure("mm", 1e3, 1),
-    "angle": Measure("°", 180.0 / math.pi, 3),
-    "torque": Measure("N·m", 1.0),
-    "speed": Measure("1/min", 30.0 / math.pi),
-    "angular_acceleration": Measure("rad/s²", 1.0),
-    "mass": Measure("kg", 1.0),
-    "inertia": Measure("kg·m²", 1.0),
-    "stiffness": Measure("N·m/rad", 1.0),
-    "density": Measure("kg/m³", 1.0),
-    "modulus": Measure("GPa", 1e-9),
-    "stress": Measure("MPa", 1e-6),
-    "force": Measure("N", 1.0),
-    "rigidity": Measure("N/mm", 1e-3),
-    "n_beta": Measure("°/min", 5400.0 / math.pi**2),
-    "time": Measure("h", 1.0 / HOUR),
-    "power": Measure("kW", 1e-3),
-    "unbalance": Measure("g·mm", 1e6),
-    "frequency": Measure("Hz", 1.0),
-    "share": Measure("%", 100.0),
-    "number": Measure("", 1.0),
-    "whole": Measure("", 1.0, 0),
+def _measure(dimension: str, unit: str) -> Measure:
+    """Return a unit of files as a measure."""
+    found = next(item for item in DIMENSIONS[dimension] if unit in item.spellings)
+    return Measure(unit, found.divisor / found.multiplier, 1 if unit == "mm" else 3)
+
+
+_UNITS: dict[str, tuple[str | Measure, str | Measure]] = {
+    "length": ("mm", "in"),
+    "angle": ("°", "°"),
+    "torque": ("N·m", "lbf·ft"),
+    "speed": ("1/min", "rpm"),
+    "angular_acceleration": ("rad/s²", "rad/s²"),
+    "mass": ("kg", "lb"),
+    "inertia": ("kg·m²", "lb·ft²"),
+    "stiffness": ("N·m/rad", "lbf·ft/rad"),
+    "density": ("kg/m³", "lb/in³"),
+    "modulus": ("GPa", "Mpsi"),
+    "stress": (_measure("modulus", "MPa"), _measure("modulus", "ksi")),
+    "force": ("N", "lbf"),
+    "rigidity": ("N/mm", "lbf/in"),
+    "n_beta": ("°/min", "°/min"),
+    "time": ("h", "h"),
+    "power": (Measure("kW", 1e-3), Measure("hp", 1.0 / (550.0 * POUND_FORCE * FOOT))),
+    "unbalance": (Measure("g·mm", 1e6), Measure("oz·in", 16.0 / (POUND * INCH))),
+    "frequency": (Measure("Hz", 1.0),) * 2,
+    "share": (Measure("%", 100.0),) * 2,
+    "number": (Measure("", 1.0),) * 2,
+    "whole": (Measure("", 1.0, 0),) * 2,
 }
-_MEASURES: dict[str, dict[str, Measure]] = {
-    "si": _SI,
-    "imperial": _SI
-    | {
-        "length": Measure("in", 1.0 / INCH, 3),
-        "torque": Measure("lbf·ft", 1.0 / (POUND_FORCE * FOOT)),
-        "speed": Measure("rpm", 30.0 / math.pi),
-        "mass": Measure("lb", 1.0 / POUND),
-        "inertia": Measure("lb·ft²", 1.0 / (POUND * FOOT**2)),
-        "stiffness": Measure("lbf·ft/rad", 1.0 / (POUND_FORCE * FOOT)),
-        "density": Measure("lb/in³", INCH**3 / POUND),
-        "modulus": Measure("Mpsi", 1e-6 / (POUND_FORCE / INCH**2)),
-        "stress": Measure("ksi", 1e-3 / (POUND_FORCE / INCH**2)),
-        "force": Measure("lbf", 1.0 / POUND_FORCE),
-        "rigidity": Measure("lbf/in", INCH / POUND_FORCE),
-        "power": Measure("hp", 1.0 / (550.0 * POUND_FORCE * FOOT)),
-        "unbalance": Measure("oz·in", 16.0 / (POUND * INCH)),
-    },
-}
+"""Dimensions to what tells them in both systems; units without a factor are those of files."""
 BY_UNIT = {
     "1": "number",
     "rad": "angle",
@@ -111,19 +97,19 @@ BY_UNIT = {
     "N/m": "rigidity",
 }
 """Dimensions of units as `analytic.limits` writes them."""
-_IN_SENTENCES: dict[str, tuple[str, float]] = {
-    "1/min": ("speed", math.pi / 30.0),
-    "rad/s²": ("angular_acceleration", 1.0),
-    "N·m": ("torque", 1.0),
-    "mm": ("length", 1e-3),
-    "m": ("length", 1.0),
-    "W": ("power", 1.0),
-    "Hz": ("frequency", 1.0),
-    "h": ("time", HOUR),
-    "%": ("share", 1e-2),
-    "°": ("angle", math.pi / 180.0),
+_IN_SENTENCES: dict[str, str] = {
+    "1/min": "speed",
+    "rad/s²": "angular_acceleration",
+    "N·m": "torque",
+    "mm": "length",
+    "m": "length",
+    "W": "power",
+    "Hz": "frequency",
+    "h": "time",
+    "%": "share",
+    "°": "angle",
 }
-"""Units in sentences of the verdict, with their dimension and what they are in SI units."""
+"""Units in sentences of the verdict, with their dimension."""
 _DECIMAL = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
 _UNIT = "|".join(map(re.escape, _IN_SENTENCES))
 _MEASURED = re.compile(rf"([±+]?)({_DECIMAL}) ?({_UNIT})")
@@ -204,7 +190,9 @@ class Wording:
         if found is None:
             return None
         lead, value, unit = found.groups()
-        dimension, to_si = _IN_SENTENCES[unit]
+        dimension = _IN_SENTENCES[unit]
+        plain = Wording().measure(dimension)
+        to_si = 1.0 / plain.factor if unit == plain.unit else 1.0  # Else of the SI.
         factor = to_si * self.measure(dimension).factor
         power = math.log10(factor)
         digits = _digits(value)
@@ -222,7 +210,8 @@ class Wording:
 
     def measure(self, dimension: str) -> Measure:
         """Return in what a dimension is told."""
-        return _MEASURES[self.units][dimension]
+        told = _UNITS[dimension][UNITS.index(self.units)]
+        return told if isinstance(told, Measure) else _measure(dimension, told)
 
     @property
     def instead(self) -> dict[str, tuple[str, float]]:
@@ -230,7 +219,7 @@ class Wording:
         return {
             unit.replace(" ", "·"): self.measure(dimension)[:2]
             for unit, dimension in BY_UNIT.items()
-            if self.measure(dimension) != _SI[dimension]
+            if self.measure(dimension) != Wording().measure(dimension)
         }
 
     def unit(self, dimension: str) -> str:
@@ -261,7 +250,7 @@ class Wording:
             shown = f"{self._grouped(mantissa)}{THIN}×{THIN}10{_raised(exponent)}"
         return (MINUS if value < 0.0 else "+" if sign else "") + shown
 
-    def given(self, value: float, dimension: str = "number", digits: int = GIVEN_DIGITS) -> str:
+    def given(self, value: float, dimension: str = "number", digits: int = HAND) -> str:
         """Return a number that is given [SI units] in its unit, without it.
 
         Args:
@@ -272,10 +261,9 @@ class Wording:
         shown = value * self.measure(dimension).factor
         if not math.isfinite(shown) or not cleared(shown):
             return self.number(shown)
-        mantissa = f"{abs(shown):.{GIVEN_DIGITS - 1}e}".partition("e")[0]
-        is_said = math.isclose(float(f"{shown:.{GIVEN_DIGITS}g}"), shown, rel_tol=NOTHING)
-        least = max(len(mantissa.replace(".", "").rstrip("0")), 1)
-        return self.number(shown, least if is_said else digits)
+        written = float(f"{shown:.{HAND}g}")
+        is_said = math.isclose(written, shown, rel_tol=NOTHING)
+        return self.number(shown, digits_of(written) if is_said else digits)
 
     def fixed(self, value: float, dimension: str) -> str:
         """Return a number [SI units] in its unit without it, to the decimals of its dimension."""

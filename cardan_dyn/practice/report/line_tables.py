@@ -16,6 +16,7 @@ from cardan_dyn.analytic.rules import RULES
 from ...drive_lines import Analysis, DriveLine, Phasing, Verdict, VerdictRow
 from ...kit.arrays import ROUNDED, Array
 from ...kit.errors import CardanError
+from ...kit.quantities import NONE
 from ...scene.mechanism_report import grouped
 from ..drive_lines.design.fork_choice import phases_of
 from ..drive_lines.design.phasing import peak, with_forks
@@ -25,7 +26,7 @@ from ..drive_lines.line.fields import entries
 from ..drive_lines.line.geometry import residual_angles
 from ..drive_lines.line.supports import supports
 from ..drive_lines.verdict.rows import OPEN, STATED
-from ..drive_lines.wording import BY_UNIT, NONE, Wording
+from ..drive_lines.wording import BY_UNIT, Wording
 from .page import BESIDE
 
 _PLACED = {
