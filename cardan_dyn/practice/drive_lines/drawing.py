@@ -51,16 +51,12 @@ _PANEL = 6.0
 """Width of its axes without their labels [inch]."""
 _TALLEST = 3.0
 """Greatest height of a line in one view [inch]."""
-_ROOM = 0.04
-"""Room around the line, relative to its length."""
 SMALL = 8
-"""Font size, and the gap between labels and between them and the line [pt]."""
+"""Size of letters and bearings, and gap between labels and between them and the line [pt]."""
 LINE_PITCH = 1.25
 """Distance of lines of text, relative to the size of the font."""
 _LONGEST_NAME = 18
 """Letters of a name in one line."""
-_MARKER = 7.0
-"""Size of a bearing [pt]."""
 
 
 @in_look
@@ -97,10 +93,9 @@ def arrangement(
     parts = solids(line)
     extent = np.concatenate([points, *(part.points.reshape(-1, 3) * unit for part in parts)])
     low, high = extent.min(axis=0), extent.max(axis=0)
-    room = _ROOM * float(high[0] - low[0])
-    tall = float(max(high[1] - low[1], high[2] - low[2]))
-    # Units per inch, so that neither view is wider or taller than its room.
-    scale = max((high[0] - low[0] + 2.0 * room) / _PANEL, tall / _TALLEST)
+    long, *across = high - low
+    # Units per inch, so that neither view is wider or taller than its room, some of it left beside.
+    scale = max(1.08 * long / _PANEL, max(across) / _TALLEST)
     middle = (low + high) / 2.0
     xlim = middle[0] - scale * _PANEL / 2.0, middle[0] + scale * _PANEL / 2.0
     views = []
@@ -257,9 +252,9 @@ def _view(
         place = found.centres[max(k - 1, 0)] + item.along * found.directions[k]
         panel.plot(
             place[0] * unit,
-            (place[axis] - shaft_radius(line, k)) * unit - scale * _MARKER / 2.0 / 72.0,
+            (place[axis] - shaft_radius(line, k)) * unit - scale * SMALL / 2.0 / 72.0,
             marker="^",
-            markersize=_MARKER,
+            markersize=SMALL,
             color="black",
             markerfacecolor="black" if item.locating else "white",
             linestyle="none",
@@ -419,12 +414,6 @@ def _columns(
     return [(name, values[:, index]) for index, name in enumerate(names) if index >= first]
 
 
-_MOST_ROOM = 100.0
-"""Room to a limit that bars show at most [%]: what is further from its limit is not looked at."""
-_BAR = 0.32
-"""Height of the figure per bar [inch]."""
-
-
 @in_look
 def margins(
     verdict: Any, *, title: str = "", ax: Into = None, figsize: Size | None = None
@@ -447,16 +436,16 @@ def margins(
     rows = sorted((row for row in verdict.rows if row.margin is not None), key=_room)
     if not rows:
         raise ArgumentError("no row of the verdict has a value and a limit, so that none has room")
-    drawn = sheet(size=(8.4, 1.6 + _BAR * len(rows)), ax=ax, figsize=figsize)
+    drawn = sheet(size=(8.4, 1.6 + 0.32 * len(rows)), ax=ax, figsize=figsize)
     (axes,) = drawn.panels
     for place, row in enumerate(rows):
-        percent = 100.0 * _room(row)
-        missed = percent < 0.0
+        room = _room(row)
+        missed = room < 0.0
         color = line_style(1 if missed else 0)["color"]
-        length = float(np.clip(percent, -_MOST_ROOM, _MOST_ROOM))
+        length = 100.0 * min(max(room, -1.0), 1.0)
         look = {"facecolor": "white" if missed else color, "hatch": "///" if missed else ""}
         axes.barh(place, length, 0.6, edgecolor=color, **look)
-        if _MOST_ROOM < abs(percent) < np.inf:
+        if 1.0 < abs(room) < np.inf:
             cut = {"facecolor": "white", "edgecolor": "none", "pad": 0.3}
             middle = {"ha": "center", "va": "center", "fontsize": SMALL}
             axes.text(0.94 * length, place, "//", bbox=cut, **middle)
@@ -477,8 +466,8 @@ def margins(
     axes.tick_params(axis="y", labelsize=SMALL)
     axes.axvline(0.0, color="black", linewidth=0.9)
     axes.set_ylim(len(rows) - 0.4, -0.6)
-    least = min(0.0, 100.0 * _room(rows[0]))
-    axes.set_xlim(max(least, -_MOST_ROOM) - 22.0 * (least < 0.0), _MOST_ROOM + 22.0)
+    least = min(_room(rows[0]), 0.0)
+    axes.set_xlim(100.0 * max(least, -1.0) - 22.0 * (least < 0.0), 122.0)
     axes.set_xlabel("room to the limit, as a part of it [%]; bars with // go on")
     axes.grid(visible=False, axis="y")
     title = title or f"{plain(verdict.line)}: {verdict.summary}"
