@@ -21,9 +21,6 @@ from .parts import Bearing, DutyPoint, Shaft, ShaftJoint, TitleBlock
 if TYPE_CHECKING:
     from ....kit.arrays import Array
 
-_SHOWN = 6
-"""Joints whose angles a text of a line shows."""
-
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class LineData:
@@ -121,11 +118,10 @@ class LineData:
                     )
 
     def __repr__(self) -> str:
-        angles = ", ".join(f"{angle:.4g}°" for angle in np.degrees(self.joint_angles[:_SHOWN]))
-        if self.count > _SHOWN:
-            angles += ", …"
+        shown = np.degrees(self.joint_angles[:6])
+        angles = [*(f"{angle:.4g}°" for angle in shown), *["…"] * (self.count > len(shown))]
         return (
-            f"<{type(self).__name__} {self.name!r}: {self.count} joints at {angles}; "
+            f"<{type(self).__name__} {self.name!r}: {self.count} joints at {', '.join(angles)}; "
             f"{len(self.bearings)} bearings>"
         )
 

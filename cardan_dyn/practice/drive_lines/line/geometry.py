@@ -28,7 +28,7 @@ import numpy as np
 
 from cardan_dyn.analytic import drive_line
 
-from ....kit.arrays import EPS, NOTHING, Array
+from ....kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ....kit.errors import ModelError
 from ....kit.frozen import read_only
 from .parts import Shaft
@@ -36,8 +36,6 @@ from .parts import Shaft
 MEETING = 1e-6
 """Greatest distance between points that are to be the same [m], and of fork phases from where rules
 want them [rad]: below what anything is made to, and above what data are rounded to."""
-_STRAIGHT = 16.0 * EPS
-"""Joint angles up to which a joint is straight [rad]: rounding of directions has no plane."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +187,7 @@ def _directions_and_lengths(shafts: Sequence[Shaft]) -> tuple[Array, Array]:
         sine = float(np.linalg.norm(normal))
         angle = math.atan2(sine, float(before @ behind))
         first = _centring(shafts[index], float(lengths[index]), angle)[0]
-        across = np.cross(normal, before) / sine if angle > _STRAIGHT else np.zeros(3)
+        across = np.cross(normal, before) / sine if angle > ROUNDED else np.zeros(3)
         directions[index] = math.cos(first) * before + math.sin(first) * across
         directions[index] /= np.linalg.norm(directions[index])
     return directions, lengths
@@ -243,13 +241,13 @@ def _bends(shafts: Sequence[Shaft], directions: Array) -> tuple[Array, Array, Ar
         normal = np.cross(before, after)
         sine = float(np.linalg.norm(normal))
         angle = math.atan2(sine, float(before @ after))
-        if angle >= math.pi / 2 - _STRAIGHT:
+        if angle >= math.pi / 2 - ROUNDED:
             raise ModelError(
                 f"joint {k + 1} between {called(shafts, k)} and {called(shafts, k + 1)} has an "
                 f"angle of {math.degrees(angle):.6g}°; a universal joint passes on no rotation at "
                 "90°, and angles have to be less"
             )
-        if angle > _STRAIGHT:
+        if angle > ROUNDED:  # The rounding of directions has no plane.
             normal /= sine
             angles[k] = angle
             # 0.0 - x is never -0.0, so that a W arrangement has +π.

@@ -10,12 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....kit.arrays import EPS, Array
+from ....kit.arrays import ROUNDED, Array
 from .analysis import LineForces
 from .line_motion import LineMotion
 
-_SAME = 4.0 * EPS
-"""By how much rounding parts positions that are a number of half turns apart, relative to them."""
 _TURNING = frozenset({"moment_in", "moment_out", "spline_force", "spline_moment", "centring_force"})
 """Vectors in axes that turn with a shaft."""
 
@@ -36,11 +34,11 @@ class HalfTurn(NamedTuple):
     @staticmethod
     def of(positions: Array) -> HalfTurn:
         """Return what is to be solved for positions `(P,)`."""
-        slack = _SAME * np.maximum(np.abs(positions), 1.0)
+        slack = ROUNDED * np.maximum(np.abs(positions), 1.0)
         number = np.floor((positions + slack) / np.pi)
         within = positions - np.pi * number
         order = np.argsort(within, kind="stable")
-        begins = np.diff(within[order], prepend=-np.inf) > np.maximum(slack[order], _SAME)
+        begins = np.diff(within[order], prepend=-np.inf) > slack[order]
         if begins.all():
             everything = np.arange(len(positions))
             return HalfTurn(positions, everything, np.zeros(len(positions)))
