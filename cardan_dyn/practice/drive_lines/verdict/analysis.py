@@ -22,40 +22,40 @@ from .variants import Adjustable
 if TYPE_CHECKING:
     from ....figures.style import Figure
 
-_MOTION: tuple[tuple[str, tuple[str, ...], str, str], ...] = (
-    ("rotation", ("shaft",), "rad", "rotation about the axis"),
-    ("angle_error", ("shaft",), "rad", "lead over the input, without its mean"),
-    ("ratio", ("shaft",), "1", "speed over that of the input shaft"),
-    ("acceleration", ("shaft",), "rad/s²", "angular acceleration about the axis"),
-    ("slip", ("spline",), "m", "by how much the spline is drawn out"),
+_MOTION: tuple[tuple[str, str, str, str], ...] = (
+    ("rotation", "shaft", "rad", "rotation about the axis"),
+    ("angle_error", "shaft", "rad", "lead over the input, without its mean"),
+    ("ratio", "shaft", "1", "speed over that of the input shaft"),
+    ("acceleration", "shaft", "rad/s²", "angular acceleration about the axis"),
+    ("slip", "spline", "m", "by how much the spline is drawn out"),
 )
-_FORCES: tuple[tuple[str, tuple[str, ...], str, str], ...] = (
-    ("torsion_in", ("joint",), "N·m", "torque in the shaft before the joint"),
-    ("torsion_out", ("joint",), "N·m", "torque in the shaft behind the joint"),
-    ("bending_in", ("joint",), "N·m", "bending moment of the shaft before the joint"),
-    ("bending_out", ("joint",), "N·m", "bending moment of the shaft behind the joint"),
-    ("holding_moment", ("joint",), "N·m", "moment that keeps the joint angle"),
-    ("bearing_radial", ("bearing",), "N", "force across the shaft"),
-    ("bearing_axial", ("bearing",), "N", "force of the bearing along the shaft"),
-    ("spline_friction", ("spline",), "N", "friction force on the rear piece"),
-    ("spline_torque", ("spline",), "N·m", "torque through the spline"),
-    ("spline_bending", ("spline",), "N·m", "bending moment in the spline"),
+_FORCES: tuple[tuple[str, str, str, str], ...] = (
+    ("torsion_in", "joint", "N·m", "torque in the shaft before the joint"),
+    ("torsion_out", "joint", "N·m", "torque in the shaft behind the joint"),
+    ("bending_in", "joint", "N·m", "bending moment of the shaft before the joint"),
+    ("bending_out", "joint", "N·m", "bending moment of the shaft behind the joint"),
+    ("holding_moment", "joint", "N·m", "moment that keeps the joint angle"),
+    ("bearing_radial", "bearing", "N", "force across the shaft"),
+    ("bearing_axial", "bearing", "N", "force of the bearing along the shaft"),
+    ("spline_friction", "spline", "N", "friction force on the rear piece"),
+    ("spline_torque", "spline", "N·m", "torque through the spline"),
+    ("spline_bending", "spline", "N·m", "bending moment in the spline"),
     (
         "moment_in",
-        ("joint", "component"),
+        "joint component",
         "N·m",
         "moment of the shaft before the joint on the cross",
     ),
     (
         "moment_out",
-        ("joint", "component"),
+        "joint component",
         "N·m",
         "moment of the cross on the shaft behind the joint",
     ),
-    ("bearing_force", ("bearing", "bearing_component"), "N", "force of the bearing on its shaft"),
-    ("centring", ("coupling_piece",), "N", "force in the centring of a coupling piece"),
-    ("drive_torque", (), "N·m", "torque that drives the input shaft"),
-    ("load_torque", (), "N·m", "torque on the output shaft"),
+    ("bearing_force", "bearing bearing_component", "N", "force of the bearing on its shaft"),
+    ("centring", "coupling_piece", "N", "force in the centring of a coupling piece"),
+    ("drive_torque", "", "N·m", "torque that drives the input shaft"),
+    ("load_torque", "", "N·m", "torque on the output shaft"),
 )
 """What tables hold: attribute, dimensions besides the samples, unit, and what it is."""
 
@@ -329,12 +329,12 @@ class Analysis(Result, Record):
     def _variables(self) -> Iterator[tuple[str, Variable]]:
         samples = self._samples
         for name, dims, unit, text in _MOTION:
-            yield name, Variable((*samples, *dims), getattr(self, name), unit, text)
+            yield name, Variable((*samples, *dims.split()), getattr(self, name), unit, text)
         both = {"": self.total, **({} if self.inertial is None else {"static_": self.static})}
         for prefix, forces in both.items():
             for name, dims, unit, text in _FORCES:
                 values = getattr(forces, name)
-                yield prefix + name, Variable((*samples, *dims), values, unit, text)
+                yield prefix + name, Variable((*samples, *dims.split()), values, unit, text)
         yield "position", Variable(("position",), self.position, "rad", "of the input shaft", True)
         for joint, values in self.moved.items():
             text = f"position of {joint.name}"

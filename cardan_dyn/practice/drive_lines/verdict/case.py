@@ -153,6 +153,8 @@ class Case:
         self._analysis = _of_line(line, analysis)
         self._solver = solver
         self.points = _points(line, self._analysis)
+        # Quantities to their greatest sizes, and the indices of these load cases.
+        self._worst: dict[str, tuple[Array, list[int]]] = {}
 
     def limit(self, name: str) -> Limit | None:
         """Return a limit; None if the caller has taken it out, or it does not hold for the line."""
@@ -320,11 +322,6 @@ class Case:
             self._worst[quantity] = self._worst_of(quantity)
         sizes, cases = self._worst[quantity]
         return sizes, [self.forces[i] for i in cases]
-
-    @cached_property
-    def _worst(self) -> dict[str, tuple[Array, list[int]]]:
-        """Quantities to their greatest sizes, and the indices of these load cases."""
-        return {}
 
     def joint_torque(self, k: int) -> Torques:
         """Return the greatest torques of joint k, counted from 0, in the shafts on both its sides.

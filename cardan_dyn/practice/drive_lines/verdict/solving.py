@@ -534,14 +534,17 @@ def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> 
         for slip in setup.slips
     ]
     centrings = [sweep.wrench(f"centring_{k}", "parent").force for k in line.centred]
-    empty = np.zeros((*sweep.shape, 0, 3))
+
+    def side_by_side(vectors: Sequence[Array]) -> Array:
+        return np.stack(vectors, axis=-2) if vectors else np.zeros((*sweep.shape, 0, 3))
+
     return LineForces(
-        moment_in=np.stack(moments_in, axis=-2),
-        moment_out=np.stack(moments_out, axis=-2),
-        bearing_force=np.stack(forces, axis=-2),
-        spline_force=np.stack([force for force, _ in slips], axis=-2) if slips else empty,
-        spline_moment=np.stack([moment for _, moment in slips], axis=-2) if slips else empty,
-        centring_force=np.stack(centrings, axis=-2) if centrings else empty,
+        moment_in=side_by_side(moments_in),
+        moment_out=side_by_side(moments_out),
+        bearing_force=side_by_side(forces),
+        spline_force=side_by_side([force for force, _ in slips]),
+        spline_moment=side_by_side([moment for _, moment in slips]),
+        centring_force=side_by_side(centrings),
         holding_moment=np.stack(
             [sweep.holding_effort[f"joint_angle_{k}"] for k in joints], axis=-1
         ),
