@@ -11,6 +11,7 @@ import dataclasses
 import datetime
 import inspect
 import math
+import operator
 import re
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
@@ -40,6 +41,13 @@ PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
     }
 )
 """Sizes of a dimension that lines have from the least to the greatest; a unit is wrong beyond."""
+_LIMITS = {
+    "least": ("at least", "minimum", operator.ge),
+    "above": ("greater than", "exclusiveMinimum", operator.gt),
+    "most": ("at most", "maximum", operator.le),
+    "below": ("less than", "exclusiveMaximum", operator.lt),
+}
+"""Limits of an entry to their words, their keys in schemas, and how values keep to them."""
 _DAY = re.compile(r"\d{4}-\d\d-\d\d", re.ASCII)
 
 
@@ -70,29 +78,25 @@ class Entry(NamedTuple):
 
     def allowed(self, unit: Unit | None = None) -> str:
         """Return valid values in words, in a unit; in SI units unless given."""
-        named = {
-            "at least": self.least,
-            "greater than": self.above,
-            "at most": self.most,
-            "less than": self.below,
-        }
-        factor = unit.divisor / unit.multiplier if unit else 1.0
-        limits = " and ".join(
-            f"{name} {limit * factor:.6g}" for name, limit in named.items() if limit is not None
-        )
+        limits = " and ".join(f"{words} {limit:.6g}" for words, _, limit in self.limits(unit))
         measure = unit.spellings[0] if unit else si(self.dimension)
         text = " ".join(filter(None, ["a finite number", limits]))
         return text if self.dimension == "number" else f"{text} [{measure}]"
 
     def holds(self, value: float) -> bool:
         """Return whether a number is finite and within the limits."""
-        return (
-            math.isfinite(value)
-            and (self.least is None or value >= self.least)
-            and (self.above is None or value > self.above)
-            and (self.most is None or value <= self.most)
-            and (self.below is None or value < self.below)
-        )
+        given = ((getattr(self, name), keeps) for name, (*_, keeps) in _LIMITS.items())
+        kept = (limit is None or keeps(value, limit) for limit, keeps in given)
+        return math.isfinite(value) and all(kept)
+
+    def limits(self, unit: Unit | None = None) -> list[tuple[str, str, float]]:
+        """Return words, keys in schemas and values of the limits, in a unit or else in SI units."""
+        factor = unit.divisor / unit.multiplier if unit else 1.0
+        return [
+            (words, key, getattr(self, name) * factor)
+            for name, (words, key, _) in _LIMITS.items()
+            if getattr(self, name) is not None
+        ]
 
 
 def implausible(value: float, dimension: str, plausible: tuple[float, float] | None = None) -> str:

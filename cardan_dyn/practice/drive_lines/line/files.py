@@ -307,15 +307,7 @@ def _properties(
 
 def _number(entry: Entry, unit: Unit | None) -> dict[str, Any]:
     """Return the schema of a number in a unit, with its limits."""
-    factor = unit.divisor / unit.multiplier if unit else 1.0
-    limits = {
-        "minimum": entry.least,
-        "exclusiveMinimum": entry.above,
-        "maximum": entry.most,
-        "exclusiveMaximum": entry.below,
-    }
-    stated = {key: limit * factor for key, limit in limits.items() if limit is not None}
-    return {"type": "number", **stated}
+    return {"type": "number", **{key: limit for _, key, limit in entry.limits(unit)}}
 
 
 def _shaped(schema: dict[str, Any], entry: Entry) -> dict[str, Any]:
