@@ -307,18 +307,19 @@ def _bending_speeds(case: Case, beams: _Beams | str, where: str = "") -> Iterato
         return
     name = case.of_application("bending_speed_share")
     for found in beams.bending:
+        note, broken = _of_beam(case, beams, found)
         of_shaft = replace(
             row,
             where=line.shaft_names[found.shaft],
             value=fastest.speed / found.speed,
             rule_value=fastest.speed / found.by_rule,
             condition=fastest.name,
-            broken=_not_a_beam(case, beams, found),
+            broken=broken,
             inverses=(
                 Inverse("critical speed", found.speed, "rad/s"),
                 *_greatest_length(case, beams, found, case.limit(name)),
             ),
-            note=_critical_text(case, beams, found),
+            note=note,
         )
         for held in (case.held(of_shaft, name), _half_critical(case, found)):
             yield withheld(_unless_soft(held, beams), _unknown_speed(case))
@@ -373,18 +374,6 @@ def _unless_soft(row: VerdictRow, beams: _Beams) -> VerdictRow:
     )
 
 
-def _critical_text(case: Case, beams: _Beams, found: _Critical) -> str:
-    constant = case.critical_constant
-    texts = [] if constant is None else [f"critical speed by {constant.source}"]
-    if found.shaft in (0, case.line.count):
-        texts += [f"free length {found.span * 1e3:.0f} mm", "on its own bearings"]
-    elif beams.single:
-        texts.append(f"free length {found.span * 1e3:.0f} mm")
-    else:
-        texts.append("of all shafts together with joints and bearings")
-    return "; ".join(texts)
-
-
 def _greatest_length(
     case: Case, beams: _Beams, found: _Critical, limit: Limit | None
 ) -> tuple[Inverse, ...]:
@@ -401,24 +390,29 @@ def _greatest_length(
     return (Inverse("greatest free length", float(length), "m"),)
 
 
-def _not_a_beam(case: Case, beams: _Beams, found: _Critical) -> tuple[str, ...]:
-    section = case.line.shafts[found.shaft].tube
-    broken = []
-    if found.shaft in (0, case.line.count):
+def _of_beam(case: Case, beams: _Beams, found: _Critical) -> tuple[str, tuple[str, ...]]:
+    """Return of what a critical speed is, and the assumptions of its rule that do not hold."""
+    notes, broken, tube = list[str](), list[str](), case.line.shafts[found.shaft].tube
+    constant, is_end = case.critical_constant, found.shaft in (0, case.line.count)
+    if constant is not None:
+        notes.append(f"critical speed by {constant.source}")
+    if is_end or beams.single:
+        notes.append(f"free length {found.span * 1e3:.0f} mm")
+    if is_end:
+        notes.append("on its own bearings")
         broken.append(
             "one shaft on rigid supports at its ends: the value counts with its bearings where "
             "they are, and with what overhangs"
         )
     elif not beams.single:
+        notes.append("of all shafts together with joints and bearings")
         broken.append(
             "one shaft on rigid supports close to its joints: the value counts with all shafts, "
             "joints and bearings"
         )
-    constant = case.critical_constant
-    material = None if section is None else (section.modulus, section.density)
-    if constant is not None and material != (Tube.modulus, Tube.density):
+    if constant and tube and (tube.modulus, tube.density) != (Tube.modulus, Tube.density):
         broken.append("steel: the tube is of another material than the maker's constant")
-    return tuple(broken)
+    return "; ".join(notes), tuple(broken)
 
 
 def _half_critical(case: Case, found: _Critical) -> VerdictRow:
