@@ -22,7 +22,7 @@ from cardan_dyn.analytic import compound_angle
 
 from ...kit.errors import ArgumentError, choices
 from .design.fork_choice import halved
-from .design.phasing import phasing
+from .design.phasing import phasing, with_forks
 from .drive_line import DriveLine
 from .line.fields import Entry, number
 from .line.parts import Bearing, Centring, Shaft, Spline
@@ -99,8 +99,7 @@ def graphical_method(
     >>> np.degrees(found.joint_angles).round(2), round(float(np.degrees(found.fork_offset)), 2)
     (array([16.42, 16.4 ]), -70.87)
     """
-    v = _bend(beta_v1, "beta_v1"), _bend(beta_v2, "beta_v2")
-    h = _bend(beta_h1, "beta_h1"), _bend(beta_h2, "beta_h2")
+    h, v = _views(beta_v1, beta_h1, beta_v2, beta_h2)
     angles = compound_angle.compound_angle(np.array(h), np.array(v))
     planes = compound_angle.bending_plane(np.array(h), np.array(v))
     offset = compound_angle.fork_offset(h[0], v[0], h[1], v[1])
@@ -140,7 +139,7 @@ def z_arrangement(
     """
     first = _bend(beta_1, "beta_1")
     second = first if beta_2 is None else _bend(beta_2, "beta_2")
-    return _double_shaft([0.0, first, first - second], [0.0] * 3, length, 0.0, spans, fields)
+    return _line([0.0, first, first - second], [0.0] * 3, [length], [0.0], spans, fields)
 
 
 def w_arrangement(
@@ -157,7 +156,7 @@ def w_arrangement(
     """
     first = _bend(beta_1, "beta_1")
     second = first if beta_2 is None else _bend(beta_2, "beta_2")
-    return _double_shaft([-first, 0.0, second], [0.0] * 3, length, 0.0, spans, fields)
+    return _line([-first, 0.0, second], [0.0] * 3, [length], [0.0], spans, fields)
 
 
 def spatial_arrangement(
@@ -201,17 +200,15 @@ def spatial_arrangement(
         raise ArgumentError(
             f"parallel = {parallel!r} is unknown; shafts: {choices(PARALLEL, parallel)}"
         )
-    side = [_bend(beta_v1, "beta_v1"), _bend(beta_v2, "beta_v2")]
-    right = [_bend(beta_h1, "beta_h1"), _bend(beta_h2, "beta_h2")]
+    right, side = _views(beta_v1, beta_h1, beta_v2, beta_h2)
     level = ("input", "common", "output").index(parallel)
     slopes_side, slopes_left = (
         [float(slope) for slope in slopes - slopes[level]]
         for slopes in (np.cumsum([0.0, *side]), -np.cumsum([0.0, *right]))
     )
-    line = _double_shaft(slopes_side, slopes_left, length, fork_offset or 0.0, spans, fields)
+    line = _line(slopes_side, slopes_left, [length], [fork_offset or 0.0], spans, fields)
     if fork_offset is None:
-        best = float(halved(line.geometry.plane_offsets[1]))
-        line = _double_shaft(slopes_side, slopes_left, length, best, spans, fields)
+        return with_forks(line, halved(line.geometry.plane_offsets[1:]))
     return line
 
 
@@ -284,67 +281,49 @@ def centre_bearing_line(
         ModelError: as `Shaft` and `DriveLine` do.
     """
     side, plan = _listed(slopes, "slopes", 4), _listed(slopes_plan, "slopes_plan", 4)
-    first, second = _listed(lengths, "lengths", 2)
+    inner = _listed(lengths, "lengths", 2)
     offsets = _listed((0.0, 0.0) if fork_offsets is None else fork_offsets, "fork_offsets", 2)
-    input_shaft, output_shaft = _ends(side, plan, spans)
-    shafts = (
-        input_shaft,
-        Shaft(
-            length=first,
-            slope_side=side[1],
-            slope_plan=plan[1],
-            fork_offset=offsets[0],
-            bearings=(Bearing(distance=bearing),),
-        ),
-        Shaft(
-            length=second,
-            slope_side=side[2],
-            slope_plan=plan[2],
-            fork_offset=offsets[1],
-            spline=Spline(),
-        ),
-        output_shaft,
-    )
-    line = DriveLine(shafts=shafts, **fields)
+    line = _line(side, plan, inner, offsets, spans, fields, centre=bearing)
     return phasing(line).line if fork_offsets is None else line
 
 
-def _double_shaft(
-    slopes_side: Sequence[float],
-    slopes_plan: Sequence[float],
-    length: float,
-    fork_offset: float,
+def _line(
+    side: Sequence[float],
+    plan: Sequence[float],
+    lengths: Sequence[float],
+    offsets: Sequence[float],
     spans: Sequence[float] | None,
     fields: dict[str, Any],
+    centre: float | None = None,
 ) -> DriveLine:
-    first, last = _ends(slopes_side, slopes_plan, spans)
-    common = Shaft(
-        length=length,
-        slope_side=slopes_side[1],
-        slope_plan=slopes_plan[1],
-        fork_offset=fork_offset,
-        spline=Spline(),
-    )
-    return DriveLine(shafts=(first, common, last), **fields)
+    """Return a line by slopes of all shafts, and lengths and fork offsets of those between joints.
 
-
-def _ends(
-    slopes_side: Sequence[float], slopes_plan: Sequence[float], spans: Sequence[float] | None
-) -> tuple[Shaft, Shaft]:
-    bearings: tuple[tuple[Bearing, ...], ...] = ((), ())
+    The last one of these has a spline, the first one has a bearing at a distance, if it is given.
+    """
+    last = len(lengths) + 1
+    bearings: dict[int, tuple[Bearing, ...]] = {}
+    if centre is not None:
+        bearings[1] = (Bearing(distance=centre),)
     if spans is not None:
         a, b, e, f = _listed(spans, "spans", 4)
         for name, span in zip("abef", (a, b, e, f), strict=True):
             number(span, _SPAN, f"{name} of spans", ArgumentError)
-        bearings = (
-            (Bearing(distance=b + a, name="A"), Bearing(distance=b, name="B")),
-            (Bearing(distance=e, name="E"), Bearing(distance=e + f, name="F")),
+        bearings[0] = Bearing(distance=b + a, name="A"), Bearing(distance=b, name="B")
+        bearings[last] = Bearing(distance=e, name="E"), Bearing(distance=e + f, name="F")
+    shafts = [
+        Shaft(
+            length=length,
+            slope_side=side[k],
+            slope_plan=plan[k],
+            fork_offset=offset,
+            spline=Spline() if k == last - 1 else None,
+            bearings=bearings.get(k, ()),
         )
-    first, last = (
-        Shaft(slope_side=slopes_side[end], slope_plan=slopes_plan[end], bearings=bearings[end])
-        for end in (0, -1)
-    )
-    return first, last
+        for k, (length, offset) in enumerate(
+            zip([None, *lengths, None], [0.0, *offsets, 0.0], strict=True)
+        )
+    ]
+    return DriveLine(shafts=tuple(shafts), **fields)
 
 
 def _listed(values: Sequence[float], name: str, count: int) -> list[float]:
@@ -353,6 +332,14 @@ def _listed(values: Sequence[float], name: str, count: int) -> list[float]:
         raise ArgumentError(f"{name} has {len(listed)} values, expected {count}")
     plain = Entry("quantity")
     return [number(value, plain, f"{name}[{i}]", ArgumentError) for i, value in enumerate(listed)]
+
+
+def _views(v1: object, h1: object, v2: object, h2: object) -> list[tuple[float, float]]:
+    """Return the bends of both joints in the plan view, and in the side view."""
+    return [
+        (_bend(one, f"beta_{view}1"), _bend(two, f"beta_{view}2"))
+        for view, one, two in (("h", h1, h2), ("v", v1, v2))
+    ]
 
 
 def _bend(value: object, name: str) -> float:
