@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from ...figures.style import Figure
     from ...scene.scene import Scene
 
-_DEGREES = {False: 1, True: 5}
-"""Step of the positions, without and with variants [°]."""
 _SLIPPING = {None: 0, "out": 1, "in": -1}
 
 
@@ -187,11 +185,9 @@ class DriveLine(LineData):
             )
         if slipping is not None and (not isinstance(slipping, str) or slipping not in _SLIPPING):
             raise ArgumentError(f"slipping is {described(slipping)}, expected 'in', 'out' or None")
-        step = _DEGREES[variants is not None]
         if positions is None:
-            angles = np.radians(np.arange(0.0, 360.0, step))
-        else:
-            angles = several("positions", positions)
+            positions = np.radians(np.arange(0.0, 360.0, 1.0 if variants is None else 5.0))
+        angles = several("positions", positions)
         torques = numbers("torque", _given("torque", torque, self.torque))
         if torques.shape not in ((), angles.shape):
             raise ArgumentError(

@@ -111,12 +111,9 @@ def _in_steps(
         values + (np.pi / 2 - plane) for values, plane in zip(steps, planes[1:], strict=True)
     ]
     found = StepSearch(betas, phase_steps, corners, count, _BUDGET)
-    offsets = [
-        [values[index] for values, index in zip(steps, choice, strict=True)]
-        for choice in found.choices
-    ]
+    offsets = [values[chosen] for values, chosen in zip(steps, found.choices.T, strict=True)]
     method = f"branch and bound over the teeth, {found.visited} branches"
-    return Choice(np.array(offsets), found.complete, method)
+    return Choice(np.stack(offsets, axis=1), found.complete, method)
 
 
 def _blocks(allowed: Allowed) -> list[list[int]]:

@@ -123,7 +123,7 @@ def _candidates(allowed: Sequence[Array | None], given: Array) -> tuple[Array, b
     grid = np.arange(number) * (np.pi / number) - np.pi / 2
     lists = [grid if values is None else values for values in allowed]
     total = float(np.prod([float(len(values)) for values in lists]))
-    if total <= max(_BUDGET, _FINEST):
+    if total <= _BUDGET:
         return np.array(list(itertools.product(*lists))), True
     draw = np.random.default_rng(0)
     drawn = np.stack([draw.choice(values, _BUDGET) for values in lists], axis=1)

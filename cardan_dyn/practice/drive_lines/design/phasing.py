@@ -145,16 +145,7 @@ def phasing(
         ModelError: there is no such shaft or bearing; for bearing forces, a line that is not
             held, or whose forces statics leaves open.
     """
-    task = fork_task(
-        line,
-        objective,
-        shafts=shafts,
-        bearings=bearings,
-        torque=torque,
-        teeth=teeth,
-        fixed=fixed,
-        count=count,
-    )
+    task = fork_task(line, objective, shafts, bearings, torque, teeth, fixed, count)
     return phased(line, task)
 
 
@@ -181,7 +172,6 @@ class ForkTask(NamedTuple):
 def fork_task(
     line: LineData,
     objective: str,
-    *,
     shafts: Sequence[str | int] | None = None,
     bearings: Sequence[str] | None = None,
     torque: float | None = None,

@@ -47,7 +47,7 @@ from ....core.description.elements import rotation, words
 from ....core.description.write import angles_of
 from ....kit.arrays import Array
 from .data import LineData
-from .geometry import centring_places, leftwards
+from .geometry import centring_places, levelled
 from .parts import ShaftJoint
 from .supports import Support, hangs_by_rear, in_order, spline_distance, supports
 from .visuals import cross_visuals, rear_fork_visuals, shaft_visuals
@@ -149,12 +149,10 @@ class _Writer:
     def moved(self, name: str, index: int, parent: str, at: float) -> str:
         """Write a place that can be moved across shaft `index`, and return its link."""
         found = self.line.geometry
-        left = leftwards(found.directions[index])
-        up = np.cross(found.directions[index], left)
-        for letter, direction in (("y", left), ("z", up)):
+        _, left, up = (found.frames[index].T @ levelled(found.directions[index])).T
+        for letter, axis in (("y", left), ("z", up)):
             joint = name.format(letter)
             child = f"{joint}_place"
-            axis = found.frames[index].T @ direction
             self.adjustable(joint, "prismatic", parent, child, axis, xyz=at * X)
             parent, at = child, 0.0
         return parent
@@ -373,10 +371,7 @@ def shaft_bodies(line: LineData, index: int) -> tuple[Body | None, Body | None]:
     shaft = line.shafts[index]
     given = float(line.geometry.lengths[index])
     length = 0.0 if math.isnan(given) else given
-    tube = shaft.tube
-    mass = shaft.mass
-    if mass is None:
-        mass = tube.density * tube.area * length if tube else 0.0
+    tube, mass = shaft.tube, shaft.mass_at(length)
     if mass == 0.0:
         return None, None
     inertia = shaft.inertia

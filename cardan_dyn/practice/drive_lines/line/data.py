@@ -14,7 +14,7 @@ import numpy as np
 from ....kit.arrays import NOTHING
 from ....kit.errors import ModelError
 from ....kit.frozen import read_only
-from .fields import flag, implausible, part, parts, quantity, settle, text
+from .fields import flag, implausible, part, parts, positive, quantity, settle, text
 from .geometry import Geometry, Zero, called, geometry, zero
 from .parts import Bearing, DutyPoint, Shaft, ShaftJoint, TitleBlock
 
@@ -33,10 +33,10 @@ class LineData:
     torque: float | None = quantity("torque", None)
     duty_cycle: tuple[DutyPoint, ...] = parts(DutyPoint)
     application: str = text(known=("", "vehicle", "agricultural", "industrial"))
-    service_factor: float | None = quantity("number", None, above=0.0)
+    service_factor: float | None = positive("number")
     reversing: bool = flag(default=False)
     acceleration: float | None = quantity("angular_acceleration", None, least=0.0)
-    life: float | None = quantity("time", None, above=0.0)
+    life: float | None = positive("time")
     report: TitleBlock | None = part(TitleBlock)
 
     def __post_init__(self) -> None:

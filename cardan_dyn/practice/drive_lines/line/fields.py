@@ -1,8 +1,8 @@
 """Fields: what each field of the data of a drive line may hold, stated once.
 
-Dataclasses declare their fields with `quantity`, `point`, `text`, `day`, `flag`, `part` and
-`parts`, and say what they mean in their docstrings. The checks, the reader and writer of files and
-the schema all go by these statements.
+Dataclasses declare their fields with `quantity`, `positive`, `point`, `text`, `day`, `flag`, `part`
+and `parts`, and say what they mean in their docstrings. The checks, the reader and writer of files
+and the schema all go by these statements.
 """
 
 from __future__ import annotations
@@ -78,23 +78,21 @@ class Entry(NamedTuple):
 
     def allowed(self, unit: Unit | None = None) -> str:
         """Return valid values in words, in a unit; in SI units unless given."""
-        limits = " and ".join(f"{words} {limit:.6g}" for words, _, limit in self.limits(unit))
+        limits = " and ".join(f"{words} {limit:.6g}" for words, *_, limit in self.limits(unit))
         measure = unit.spellings[0] if unit else si(self.dimension)
         text = " ".join(filter(None, ["a finite number", limits]))
         return text if self.dimension == "number" else f"{text} [{measure}]"
 
     def holds(self, value: float) -> bool:
         """Return whether a number is finite and within the limits."""
-        given = ((getattr(self, name), keeps) for name, (*_, keeps) in _LIMITS.items())
-        kept = (limit is None or keeps(value, limit) for limit, keeps in given)
-        return math.isfinite(value) and all(kept)
+        return math.isfinite(value) and all(keeps(value, most) for *_, keeps, most in self.limits())
 
-    def limits(self, unit: Unit | None = None) -> list[tuple[str, str, float]]:
-        """Return words, keys in schemas and values of the limits, in a unit or else in SI units."""
+    def limits(self, unit: Unit | None = None) -> list[tuple[str, str, Any, float]]:
+        """Return what `_LIMITS` says of each limit, and its value in a unit or else in SI units."""
         factor = unit.divisor / unit.multiplier if unit else 1.0
         return [
-            (words, key, getattr(self, name) * factor)
-            for name, (words, key, _) in _LIMITS.items()
+            (*told, getattr(self, name) * factor)
+            for name, told in _LIMITS.items()
             if getattr(self, name) is not None
         ]
 
@@ -125,6 +123,11 @@ def _field(entry: Entry, default: Any) -> Any:
 def quantity(dimension: str, default: Any = dataclasses.MISSING, **limits: Any) -> Any:
     """Return a field that holds a number of a dimension; None as its default makes it optional."""
     return _field(Entry("quantity", dimension, **limits), default)
+
+
+def positive(dimension: str, **limits: Any) -> Any:
+    """Return an optional field that holds a number greater than 0, of a dimension."""
+    return quantity(dimension, None, above=0.0, **limits)
 
 
 def point() -> Any:

@@ -146,14 +146,10 @@ def _value(value: object, entry: Entry, unit: Unit | None, name: str, at: str) -
         if not isinstance(value, list):
             raise ModelError(f"{at} is {_shown(value)}, expected tables [[{at}]]")
         return [_dataclass(item, entry.type, f"{at}[{i}]") for i, item in enumerate(value)]
-    if entry.kind == "day":
-        return value  # Its dataclass takes texts and the days of TOML.
-    expected: tuple[type, str] = (
-        (str, "a text") if entry.kind == "text" else (bool, "true or false")
-    )
-    if not isinstance(value, expected[0]):
+    expected = {"text": (str, "a text"), "flag": (bool, "true or false")}.get(entry.kind)
+    if expected and not isinstance(value, expected[0]):
         raise ModelError(f"{at} is {_shown(value)}, expected {expected[1]}")
-    return value
+    return value  # Days are those of TOML, or texts.
 
 
 def _quantity(value: object, entry: Entry, unit: Unit | None, name: str, at: str) -> float:
@@ -307,7 +303,7 @@ def _properties(
 
 def _number(entry: Entry, unit: Unit | None) -> dict[str, Any]:
     """Return the schema of a number in a unit, with its limits."""
-    return {"type": "number", **{key: limit for _, key, limit in entry.limits(unit)}}
+    return {"type": "number", **{key: limit for _, key, _, limit in entry.limits(unit)}}
 
 
 def _shaped(schema: dict[str, Any], entry: Entry) -> dict[str, Any]:

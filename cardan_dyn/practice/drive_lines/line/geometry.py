@@ -144,11 +144,15 @@ def direction(slope_side: float, slope_plan: float) -> Array:
     return np.asarray(vector / np.linalg.norm(vector))
 
 
-def leftwards(axis: Array) -> Array:
-    """Return the horizontal unit vector `(3,)` to the left of a shaft; y where it is vertical."""
+def levelled(axis: Array) -> Array:
+    """Return axes `(3, 3)`, as columns: along a shaft, horizontal to its left, and upwards.
+
+    To the left of a shaft that is vertical is y.
+    """
     left = np.array([-axis[1], axis[0], 0.0])
     size = float(np.hypot(*left[:2]))
-    return np.asarray(left / size) if size > NOTHING else np.array([0.0, 1.0, 0.0])
+    left = left / size if size > NOTHING else np.array([0.0, 1.0, 0.0])
+    return np.stack([axis, left, np.cross(axis, left)], axis=1)
 
 
 def _directions_and_lengths(shafts: Sequence[Shaft]) -> tuple[Array, Array]:
@@ -234,8 +238,7 @@ def _bends(shafts: Sequence[Shaft], directions: Array) -> tuple[Array, Array, Ar
     """Return joint angles `(n,)`, plane offsets `(n,)` and frames `(n + 1, 3, 3)`."""
     count = len(directions) - 1
     angles, offsets, frames = np.zeros(count), np.zeros(count), np.empty((count + 1, 3, 3))
-    left = leftwards(directions[0])
-    frames[0] = np.stack([directions[0], left, np.cross(directions[0], left)], axis=1)
+    frames[0] = levelled(directions[0])
     for k in range(count):
         before, after = directions[k], directions[k + 1]
         normal = np.cross(before, after)

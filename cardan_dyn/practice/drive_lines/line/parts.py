@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from ....kit.errors import ModelError
-from .fields import day, flag, part, parts, point, quantity, refuse, settle, text
+from .fields import day, flag, part, parts, point, positive, quantity, refuse, settle, text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,7 @@ class Tube:
     density: float = quantity("density", 7850.0, above=0.0)
     modulus: float = quantity("modulus", 2.1e11, above=0.0, plausible=(1e9, 1e12))
     shear_modulus: float = quantity("modulus", 8.08e10, above=0.0, plausible=(5e8, 5e11))
-    shear_limit: float | None = quantity("modulus", None, above=0.0)
+    shear_limit: float | None = positive("modulus")
 
     def __post_init__(self) -> None:
         settle(self)
@@ -55,6 +55,11 @@ class Tube:
     def polar_moment(self) -> float:
         """Polar second moment of area, π (D⁴ - d⁴) / 32 [m⁴]."""
         return self.area * (self.outer_diameter**2 + self.inner_diameter**2) / 8.0
+
+    @property
+    def diameters(self) -> tuple[float, float]:
+        """Outer and inner diameter [m]."""
+        return self.outer_diameter, self.inner_diameter
 
     def torsional_stiffness(self, length: float) -> float:
         """Return G π (D⁴ - d⁴) / (32 L) of a length [m] of the tube [N·m/rad]."""
@@ -80,12 +85,12 @@ class Spline:
 
     distance: float | None = quantity("length", None, least=0.0)
     friction: float | None = quantity("number", None, least=0.0, plausible=(1e-3, 1.0))
-    radius: float | None = quantity("length", None, above=0.0, plausible=(1e-3, 1.0))
-    travel: float | None = quantity("length", None, above=0.0)
-    compressed: float | None = quantity("length", None, above=0.0)
-    profile: float | None = quantity("length", None, above=0.0)
-    shortest: float | None = quantity("length", None, above=0.0)
-    longest: float | None = quantity("length", None, above=0.0)
+    radius: float | None = positive("length", plausible=(1e-3, 1.0))
+    travel: float | None = positive("length")
+    compressed: float | None = positive("length")
+    profile: float | None = positive("length")
+    shortest: float | None = positive("length")
+    longest: float | None = positive("length")
 
     def __post_init__(self) -> None:
         settle(self)
@@ -114,9 +119,9 @@ class Bearing:
     distance: float = quantity("length", above=0.0)
     name: str = text()
     locating: bool | None = flag()
-    stiffness: float | None = quantity("rigidity", None, above=0.0)
-    radial_limit: float | None = quantity("force", None, above=0.0)
-    axial_limit: float | None = quantity("force", None, above=0.0)
+    stiffness: float | None = positive("rigidity")
+    radial_limit: float | None = positive("force")
+    axial_limit: float | None = positive("force")
 
     def __post_init__(self) -> None:
         settle(self)
@@ -144,7 +149,7 @@ class Centring:
     kind: str = text("disc", ("disc", "ball"))
     equal_at: float | None = quantity("angle", None, least=0.0, below=math.pi)
     fixed_to: str = text("rear", ("rear", "front"))
-    force_limit: float | None = quantity("force", None, above=0.0)
+    force_limit: float | None = positive("force")
 
     def __post_init__(self) -> None:
         settle(self)
@@ -188,17 +193,17 @@ class ShaftJoint:
     size: str = text()
     cross_mass: float = quantity("mass", 0.0, least=0.0)
     cross_span: float = quantity("length", 0.0, least=0.0, plausible=(1e-3, 3.0))
-    rated_torque: float | None = quantity("torque", None, above=0.0)
-    capacity: float | None = quantity("number", None, above=0.0)
-    torque_limit: float | None = quantity("torque", None, above=0.0)
-    largest_angle: float | None = quantity("angle", None, above=0.0, below=math.pi / 2)
-    largest_speed: float | None = quantity("speed", None, above=0.0)
-    pulsating_limit: float | None = quantity("torque", None, above=0.0)
-    reversing_limit: float | None = quantity("torque", None, above=0.0)
-    largest_n_beta: float | None = quantity("n_beta", None, above=0.0)
+    rated_torque: float | None = positive("torque")
+    capacity: float | None = positive("number")
+    torque_limit: float | None = positive("torque")
+    largest_angle: float | None = positive("angle", below=math.pi / 2)
+    largest_speed: float | None = positive("speed")
+    pulsating_limit: float | None = positive("torque")
+    reversing_limit: float | None = positive("torque")
+    largest_n_beta: float | None = positive("n_beta")
     din_808: str = text(known=("", "plain", "needle"))
-    table_torque: float | None = quantity("torque", None, above=0.0)
-    pin_radius: float | None = quantity("length", None, above=0.0, plausible=(1e-4, 1.0))
+    table_torque: float | None = positive("torque")
+    pin_radius: float | None = positive("length", plausible=(1e-4, 1.0))
     pin_friction: float | None = quantity("number", None, least=0.0)
 
     def __post_init__(self) -> None:
@@ -243,7 +248,7 @@ class Shaft:
     """
 
     name: str = text()
-    length: float | None = quantity("length", None, above=0.0)
+    length: float | None = positive("length")
     slope_side: float | None = quantity("angle", None, above=-math.pi / 2, below=math.pi / 2)
     slope_plan: float | None = quantity("angle", None, above=-math.pi / 2, below=math.pi / 2)
     start: tuple[float, float, float] | None = point()
@@ -257,7 +262,7 @@ class Shaft:
     inertia: float | None = quantity("inertia", None, least=0.0)
     transverse_inertia: float | None = quantity("inertia", None, least=0.0)
     centre: float | None = quantity("length", None, plausible=(0.0, 30.0))
-    torsional_stiffness: float | None = quantity("stiffness", None, above=0.0)
+    torsional_stiffness: float | None = positive("stiffness")
 
     def __post_init__(self) -> None:
         settle(self)
@@ -288,6 +293,12 @@ class Shaft:
                     f"is less than half the inertia about its axis, {least:.12g} kg·m², which no "
                     "body has",
                 )
+
+    def mass_at(self, length: float) -> float:
+        """Return its mass [kg] with a length between its ends [m]; see `mass`."""
+        if self.mass is not None:
+            return self.mass
+        return self.tube.density * self.tube.area * length if self.tube else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -108,17 +108,17 @@ class LineForces(NamedTuple):
     @property
     def bending_in(self) -> Array:
         """Bending moment of the shaft before each joint `(…, n)` [N·m]."""
-        return np.hypot(self.moment_in[..., 1], self.moment_in[..., 2])
+        return _across(self.moment_in)
 
     @property
     def bending_out(self) -> Array:
         """Bending moment of the shaft behind each joint `(…, n)` [N·m]."""
-        return np.hypot(self.moment_out[..., 1], self.moment_out[..., 2])
+        return _across(self.moment_out)
 
     @property
     def bearing_radial(self) -> Array:
         """Size of each bearing's force across its shaft `(…, m)` [N]."""
-        return np.hypot(self.bearing_force[..., 1], self.bearing_force[..., 2])
+        return _across(self.bearing_force)
 
     @property
     def bearing_axial(self) -> Array:
@@ -138,7 +138,7 @@ class LineForces(NamedTuple):
     @property
     def spline_bending(self) -> Array:
         """Bending moment at the middle of each spline `(…, s)` [N·m]."""
-        return np.hypot(self.spline_moment[..., 1], self.spline_moment[..., 2])
+        return _across(self.spline_moment)
 
     @property
     def centring(self) -> Array:
@@ -157,6 +157,10 @@ class LineForces(NamedTuple):
     def plus(self, other: LineForces) -> LineForces:
         """Return the sum of what acts for two reasons; forces follow linearly from what acts."""
         return LineForces(*(one + two for one, two in zip(self, other, strict=True)))
+
+
+def _across(vectors: Array) -> Array:
+    return np.hypot(vectors[..., 1], vectors[..., 2])
 
 
 class LinePlot(Plot):

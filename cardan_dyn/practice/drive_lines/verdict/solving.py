@@ -25,7 +25,7 @@ from ....kit.periodic import highest
 from ....scene.scene import Scene
 from ..line.data import LineData
 from ..line.files import units_of
-from ..line.geometry import Geometry, leftwards
+from ..line.geometry import Geometry, levelled
 from ..line.supports import (
     Supports,
     hangs_by_rear,
@@ -237,16 +237,25 @@ class LineSolver:
             count *= 2
 
     def _is_smooth(self, causes: Causes, gravity: float) -> bool:
-        """Return whether the positions determine the forces between them."""
+        """Return whether the positions determine the forces between them.
+
+        That is, whether the highest harmonics that they can have are nothing.
+        """
         length = self.mechanism.characteristic_length
         mass = sum(link.mass for link in self.mechanism.description.links)
         scales = (0.0, mass * length**2, mass * length**2, mass * gravity * length)
-        scaled = [
-            (part, scale)
-            for parts in (causes.parts, *(parts for _, parts in causes.slides))
-            for part, scale in zip(parts, scales, strict=False)
-        ]
-        return all(_is_smooth(part, length, _NOTHING * scale) for part, scale in scaled)
+        for parts in (causes.parts, *(parts for _, parts in causes.slides)):
+            for part, scale in zip(parts, scales, strict=False):
+                # Forces are compared with moments by the length of the line.
+                every = [
+                    length * values if name.endswith("_force") else values
+                    for name, values in part._asdict().items()
+                ]
+                most = max(float(np.abs(values).max(initial=0.0)) for values in every)
+                nothing = max(_SMOOTH * most, _NOTHING * scale)
+                if any(highest(values).max(initial=0.0) > nothing for values in every):
+                    return False
+        return True
 
     def _setup(self, moved: Iterable[Adjustable]) -> _Setup:
         """Return the scene for designs that move some joints."""
@@ -498,23 +507,6 @@ def _open_places(setup: _Setup, line: LineData, sweep: Sweep) -> dict[str, Array
     }
 
 
-def _is_smooth(forces: LineForces, length: float, nothing: float) -> bool:
-    """Return whether the highest harmonics that samples of a turn can have are nothing.
-
-    Args:
-        forces: at the samples.
-        length: by which forces are compared with moments [m].
-        nothing: moment that is rounding [N·m].
-    """
-    weights = [length if name.endswith("_force") else 1.0 for name in forces._fields]
-    scaled = [weight * values for weight, values in zip(weights, forces, strict=True)]
-    most = max(float(np.abs(values).max(initial=0.0)) for values in scaled)
-    for values in scaled:
-        if highest(values).max(initial=0.0) > max(_SMOOTH * most, nothing):
-            return False
-    return True
-
-
 def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> LineForces:
     """Return the forces of a sweep; `turns` are the rotations to the axes of each bearing."""
     joints = range(1, line.count + 1)
@@ -600,9 +592,8 @@ def _bearing_axes(found: Geometry, moved: _Moved, seats: Sequence[_Seat]) -> Arr
     axes = []
     for seat in seats:
         frame = frames[seat.shaft]
-        along, left = frame[:, :, 0], np.array([leftwards(axis) for axis in frame[:, :, 0]])
-        housing = np.stack([along, left, np.cross(along, left)], axis=1)
-        axes.append(housing @ frame @ _about(0, np.array([seat.turned])))
+        level = np.array([levelled(axis) for axis in frame[:, :, 0]])
+        axes.append(np.swapaxes(level, 1, 2) @ frame @ _about(0, np.array([seat.turned])))
     return np.stack(axes, axis=1)
 
 
