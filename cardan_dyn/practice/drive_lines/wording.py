@@ -158,10 +158,10 @@ class Wording:
 
     def clause(self, text: str) -> str | None:
         """Return a clause of the verdict; None if the catalogue does not know it."""
-        known = _clauses()
-        if text in known.plain:
-            return text if self.language == "en" else known.plain[text]
-        for pattern, english, german in known.patterns:
+        clauses, patterns = _clauses()
+        if text in clauses:
+            return text if self.language == "en" else clauses[text]
+        for pattern, english, german in patterns:
             if found := pattern.fullmatch(text):
                 template = english if self.language == "en" else german
                 kinds = _PLACE.findall(english)
@@ -308,13 +308,6 @@ class Wording:
         return f"{whole}{sign}{rest}" if rest else whole
 
 
-class _Clauses(NamedTuple):
-    """Clauses of the verdict: plain ones, and patterns, those that say most first."""
-
-    plain: dict[str, str]
-    patterns: list[tuple[re.Pattern[str], str, str]]
-
-
 @cache
 def catalogue() -> dict[str, dict[str, str]]:
     """Return English texts to German ones: those of the page, and clauses of the verdict."""
@@ -323,7 +316,8 @@ def catalogue() -> dict[str, dict[str, str]]:
 
 
 @cache
-def _clauses() -> _Clauses:
+def _clauses() -> tuple[dict[str, str], list[tuple[re.Pattern[str], str, str]]]:
+    """Return clauses of the verdict: plain ones, and patterns, those that say most first."""
     plain: dict[str, str] = {}
     patterns = []
     for english, german in catalogue()["verdict"].items():
@@ -336,7 +330,7 @@ def _clauses() -> _Clauses:
             for index, part in enumerate(parts)
         ]
         patterns.append((re.compile("".join(texts)), english, german))
-    return _Clauses(plain, sorted(patterns, key=lambda item: -len(_PLACE.sub("", item[1]))))
+    return plain, sorted(patterns, key=lambda item: -len(_PLACE.sub("", item[1])))
 
 
 def _digits(text: str) -> int:

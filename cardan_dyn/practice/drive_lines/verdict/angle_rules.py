@@ -73,9 +73,9 @@ def _joint_angles(case: Case) -> Iterator[VerdictRow]:
     views = line.geometry.views
     for k, (joint, beta) in enumerate(zip(line.joints, line.joint_angles, strict=True)):
         row = VerdictRow(
-            rule="joint_angles",
-            where=line.joint_names[k],
-            quantity="joint angle",
+            "joint_angles",
+            line.joint_names[k],
+            "joint angle",
             value=float(beta),
             unit="rad",
             rule_value=float(np.hypot(*views[k])) if np.isfinite(views[k]).all() else None,
@@ -88,9 +88,9 @@ def _joint_angles(case: Case) -> Iterator[VerdictRow]:
             yield from _practical_angles(case, row)
     for k in range(line.count - 1):
         row = VerdictRow(
-            rule="joint_angles",
-            where=line.shaft_names[k + 1],
-            quantity="difference of both joint angles",
+            "joint_angles",
+            line.shaft_names[k + 1],
+            "difference of both joint angles",
             value=_difference(*line.joint_angles[k : k + 2].tolist()),
             unit="rad",
         )
@@ -139,15 +139,15 @@ def _compensated_otherwise(case: Case) -> str:
 def _slopes(case: Case) -> Iterator[VerdictRow]:
     views = case.line.geometry.views
     if not np.isfinite(views).all():
-        row = VerdictRow(rule="slopes", where="", quantity="joint angles by their views")
+        row = VerdictRow("slopes", "", "joint angles by their views")
         yield stated(row, "a shaft leads not forward")
         return
     pairs = zip(np.hypot(*views.T).tolist(), case.line.joint_angles.tolist(), strict=True)
     worst = max(_difference(*pair) for pair in pairs)
     yield VerdictRow(
-        rule="slopes",
-        where="",
-        quantity="error of joint angles from sums of squares of both views",
+        "slopes",
+        "",
+        "error of joint angles from sums of squares of both views",
         value=worst,
         unit="rad",
         source="exact joint angles are judged",
@@ -166,9 +166,9 @@ def _uniformity(case: Case) -> Iterator[VerdictRow]:
     rest = _allowed_last(case, limit) if limit is not None and count > 1 and is_joint else ()
     where = line.shaft_names[-1]
     residual = VerdictRow(
-        rule="uniformity",
-        where=where,
-        quantity="residual angle",
+        "uniformity",
+        where,
+        "residual angle",
         value=exact,
         unit="rad",
         rule_value=by_rule,
@@ -179,9 +179,9 @@ def _uniformity(case: Case) -> Iterator[VerdictRow]:
     held = case.held(residual, "residual_angle")
     yield held
     non_uniformity = VerdictRow(
-        rule="uniformity",
-        where=where,
-        quantity="degree of non-uniformity U",
+        "uniformity",
+        where,
+        "degree of non-uniformity U",
         value=float(single_joint.non_uniformity(exact)),
         rule_value=float(uniformity.added_non_uniformity(betas, phases)),
         broken=broken[:1] if signs_hold(case) else (),
@@ -197,9 +197,9 @@ def _uniformity(case: Case) -> Iterator[VerdictRow]:
     for k in range(1, count):
         beta = found[k - 1]
         yield VerdictRow(
-            rule="uniformity",
-            where=line.shaft_names[k],
-            quantity="residual angle",
+            "uniformity",
+            line.shaft_names[k],
+            "residual angle",
             value=beta,
             unit="rad",
             source="stated: it moves the shaft alone",
@@ -272,7 +272,7 @@ def inertia_ratio(betas: Array, phases: Array, left_out: Collection[int] = ()) -
 def _accelerations(case: Case) -> Iterator[VerdictRow]:
     line, fastest = case.line, case.fastest
     if fastest is None or fastest.speed is None:
-        row = VerdictRow(rule="accelerations", where="", quantity="torsional acceleration")
+        row = VerdictRow("accelerations", "", "torsional acceleration")
         yield opened(row, "give speed")
         return
     betas, phases, speed = line.uneven_angles, line.fork_phases, fastest.speed
@@ -290,20 +290,20 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
     short = line.centred
     if line.count - len(short) > 1:
         from_rear = [line.count - k for k in short]
-        listed += [
+        for quantity, ratio, rule in (
             (
-                "inertia_acceleration",
                 "inertia acceleration in drive",
                 inertia_ratio(betas, phases, short),
-                None if short else uniformity.inertia_drive_angle(betas, phases),
+                uniformity.inertia_drive_angle,
             ),
             (
-                "inertia_acceleration",
                 "inertia acceleration in coast",
                 inertia_ratio(*back, from_rear),
-                None if short else uniformity.inertia_coast_angle(betas, phases),
+                uniformity.inertia_coast_angle,
             ),
-        ]
+        ):
+            theta = None if short else rule(betas, phases)
+            listed.append(("inertia_acceleration", quantity, ratio, theta))
     for name, quantity, ratio, theta in listed:
         exact = float(ratio * np.square(speed))
         by_rule = None
@@ -311,9 +311,9 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
             by_rule = float(uniformity.angular_acceleration(theta, speed))
         limit, greatest = case.limit(name), case.limit(f"{name}_greatest")
         row = VerdictRow(
-            rule="accelerations",
-            where=line.shaft_names[-1] if name.startswith("t") else "",
-            quantity=quantity,
+            "accelerations",
+            line.shaft_names[-1] if name.startswith("t") else "",
+            quantity,
             value=exact,
             unit="rad/s^2",
             rule_value=by_rule,
@@ -326,9 +326,9 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
     for k in short:
         residual = float(residual_angles(betas[:k], phases[:k])[-1])
         yield VerdictRow(
-            rule="accelerations",
-            where=line.shaft_names[k],
-            quantity="angular acceleration of the coupling piece",
+            "accelerations",
+            line.shaft_names[k],
+            "angular acceleration of the coupling piece",
             value=float(single_joint.greatest_acceleration(residual) * np.square(speed)),
             unit="rad/s^2",
             condition=fastest.name,
@@ -365,7 +365,7 @@ def _sizes() -> dict[str, Any]:
 def _n_beta(case: Case) -> Iterator[VerdictRow]:
     line, fastest, told = case.line, case.fastest, set[str]()
     for k, joint in enumerate(line.joints):
-        row = VerdictRow(rule="n_beta", where=line.joint_names[k], quantity="speed")
+        row = VerdictRow("n_beta", line.joint_names[k], "speed")
         known = _sizes().get(joint.size.strip().upper())
         if fastest is None or fastest.speed is None:
             yield opened(row, "give speed")

@@ -28,7 +28,7 @@ def force_rules(case: Case) -> Iterator[VerdictRow]:
             ("fork_couples", "bending moments"),
             ("bearing_forces", "bearing forces"),
         ):
-            yield opened(VerdictRow(rule=rule, where="", quantity=quantity), reason)
+            yield opened(VerdictRow(rule, "", quantity), reason)
     else:
         yield from _couples(case)
         yield from _bearings(case)
@@ -57,9 +57,9 @@ def _couples(case: Case) -> Iterator[VerdictRow]:
             if k > 0:
                 broken.append("torque of the input shaft: joints before this one vary it")
             yield VerdictRow(
-                rule="fork_couples",
-                where=line.joint_names[k],
-                quantity=f"bending moment {text} the joint",
+                "fork_couples",
+                line.joint_names[k],
+                f"bending moment {text} the joint",
                 value=float(sides[k]),
                 unit="N m",
                 rule_value=by_rule,
@@ -101,9 +101,9 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
             if quantity == "along" and most is None and name in floating:
                 continue
             row = VerdictRow(
-                rule="bearing_forces",
-                where=name,
-                quantity=f"force {quantity} the shaft",
+                "bearing_forces",
+                name,
+                f"force {quantity} the shaft",
                 value=size,
                 unit="N",
                 rule_value=by_its_rule,
@@ -130,17 +130,17 @@ def _centrings(case: Case) -> Iterator[VerdictRow]:
         kind, where = line.shafts[k].centring, line.shaft_names[k]
         pair = slice(k - 1, k + 1)
         yield VerdictRow(
-            rule="centred_double_joint",
-            where=where,
-            quantity="residual angle of both joints together",
+            "centred_double_joint",
+            where,
+            "residual angle of both joints together",
             value=float(residual_angles(line.joint_angles[pair], line.fork_phases[pair])[-1]),
             unit="rad",
             source="stated: the whole line is judged",
         )
         row = VerdictRow(
-            rule="centred_double_joint",
-            where=where,
-            quantity="force in the centring",
+            "centred_double_joint",
+            where,
+            "force in the centring",
             value=float(forces[index]),
             unit="N",
             condition=cases[index].point.name,
@@ -207,9 +207,7 @@ def _axial(case: Case) -> Iterator[VerdictRow]:
         spline, where = shaft.spline, line.shaft_names[k]
         if spline is None:
             continue
-        row = VerdictRow(
-            rule="axial_force", where=where, quantity="force of the sliding spline", unit="N"
-        )
+        row = VerdictRow("axial_force", where, "force of the sliding spline", unit="N")
         if spline.friction is None or strongest is None or strongest.torque is None:
             missing = "friction and radius of the spline" if spline.friction is None else "torque"
             yield opened(row, f"give {missing}")

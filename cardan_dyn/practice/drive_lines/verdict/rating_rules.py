@@ -32,7 +32,7 @@ def rating_rules(case: Case) -> Iterator[VerdictRow]:
 
 def _design_torque(case: Case) -> Iterator[VerdictRow]:
     strongest = case.strongest
-    row = VerdictRow(rule="design_torque", where="", quantity="shock torque T·K", unit="N m")
+    row = VerdictRow("design_torque", "", "shock torque T·K", unit="N m")
     if strongest is None or strongest.torque is None:
         yield opened(row, "give torque")
         return
@@ -50,15 +50,15 @@ def _design_torque(case: Case) -> Iterator[VerdictRow]:
 def _static(case: Case) -> Iterator[VerdictRow]:
     line, strongest = case.line, case.strongest
     if strongest is None or strongest.torque is None:
-        yield opened(VerdictRow(rule="static_ratings", where="", quantity="torque"), "give torque")
+        yield opened(VerdictRow("static_ratings", "", "torque"), "give torque")
         return
     for k, joint in enumerate(line.joints):
         found, nominal = case.joint_torque(k), abs(strongest.torque) * case.service_factor
         torque = found.size
         row = VerdictRow(
-            rule="static_ratings",
-            where=line.joint_names[k],
-            quantity="shock torque",
+            "static_ratings",
+            line.joint_names[k],
+            "shock torque",
             value=torque,
             unit="N m",
             rule_value=nominal,
@@ -132,7 +132,7 @@ def _uneven(torque: float, nominal: float) -> tuple[str, ...]:
 
 def _life(case: Case, k: int) -> Iterator[VerdictRow]:
     line, joint = case.line, case.line.joints[k]
-    row = VerdictRow(rule="joint_life", where=line.joint_names[k], quantity="B10 life", unit="s")
+    row = VerdictRow("joint_life", line.joint_names[k], "B10 life", unit="s")
     kinds = [kind for kind in ("rated_torque", "capacity") if getattr(joint, kind) is not None]
     points = [p for p in case.points if p.speed is not None and p.torque is not None]
     if joint.kind != "cross":
@@ -229,9 +229,9 @@ def _row_of_life(
     is_low = bool(case.line.joint_angles[k] < LIMITS["least_life_angle"].value)
     rule, at = ("joint_life", points[0].name) if points[0].steady else ("duty_cycle", "duty cycle")
     return VerdictRow(
-        rule=rule,
-        where=case.line.joint_names[k],
-        quantity=f"B10 life by {kind.replace('_', ' ')}",
+        rule,
+        case.line.joint_names[k],
+        f"B10 life by {kind.replace('_', ' ')}",
         value=lives[0] * HOUR,
         unit="s",
         rule_value=lives[1] * HOUR,
@@ -279,7 +279,7 @@ def _precision(case: Case, k: int) -> Iterator[VerdictRow]:
     if not joint.din_808:
         return
     fastest, strongest = case.fastest, case.strongest
-    row = VerdictRow(rule="precision_joint", where=case.line.joint_names[k], quantity="speed")
+    row = VerdictRow("precision_joint", case.line.joint_names[k], "speed")
     if fastest is None:
         yield opened(row, "give speed")
     else:
@@ -315,9 +315,9 @@ def _efficiency(case: Case, k: int) -> Iterator[VerdictRow]:
         return
     arm = joint.cross_span / 2.0
     yield VerdictRow(
-        rule="efficiency",
-        where=case.line.joint_names[k],
-        quantity="efficiency",
+        "efficiency",
+        case.line.joint_names[k],
+        "efficiency",
         value=float(installation.joint_efficiency(beta, joint.pin_friction, joint.pin_radius, arm)),
         source="none",
         broken=("for small angles: the loss is 2 % too small at 15°, 8 % at 30°",)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import NamedTuple
 
 from cardan_dyn.analytic.limits import Limit
@@ -37,7 +37,7 @@ class Inverse(NamedTuple):
         return f"{self.what} {as_text(self.value, self.unit, units)}"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class VerdictRow:
     """What a rule says of a place of a line.
 
@@ -61,6 +61,7 @@ class VerdictRow:
     rule: str
     where: str
     quantity: str
+    _: KW_ONLY
     value: float | None = None
     unit: str = "1"
     rule_value: float | None = None
@@ -155,7 +156,7 @@ def judged(row: VerdictRow, limit: Limit | None, missing: str) -> VerdictRow:
 
 def opened(row: VerdictRow, reason: str) -> VerdictRow:
     """Return a row of which nobody can tell whether it passes; the reason says what to give."""
-    return replace(_noted(row, reason), status=OPEN)
+    return replace(stated(row, reason), status=OPEN)
 
 
 def withheld(row: VerdictRow, reason: str) -> VerdictRow:
@@ -165,11 +166,7 @@ def withheld(row: VerdictRow, reason: str) -> VerdictRow:
 
 def stated(row: VerdictRow, reason: str = "") -> VerdictRow:
     """Return a row that counts for nothing, and why the rule does not apply, if that is so."""
-    return _noted(row, reason)
-
-
-def _noted(row: VerdictRow, text: str) -> VerdictRow:
-    note = "; ".join(filter(None, [row.note, text]))
+    note = "; ".join(filter(None, [row.note, reason]))
     return replace(row, note=note, source=row.source or RULES[row.rule].source)
 
 

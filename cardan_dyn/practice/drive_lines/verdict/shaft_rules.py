@@ -43,7 +43,7 @@ def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
     line, strongest = case.line, case.strongest
     shaft, where = line.shafts[k], line.shaft_names[k]
     section = shaft.tube
-    row = VerdictRow(rule="tube", where=where, quantity="shear stress up to T·K", unit="Pa")
+    row = VerdictRow("tube", where, "shear stress up to T·K", unit="Pa")
     if section is None:
         if 0 < k < line.count and shaft.centring is None:
             yield opened(row, f"give tube of {where}")
@@ -53,7 +53,7 @@ def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
         return
     found, nominal = case.shaft_torque(k), abs(strongest.torque) * case.service_factor
     stress, by_rule = (
-        float(shaft_design.shear_stress(size, *_diameters(shaft))) for size in (found.size, nominal)
+        float(shaft_design.shear_stress(size, *section.diameters)) for size in (found.size, nominal)
     )
     allowed = section.shear_limit
     row = replace(
@@ -68,11 +68,6 @@ def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
     )
     limit = None if allowed is None else Limit(allowed, "Pa", "shear_limit of the tube")
     yield case.of_forces(row, limit, "give shear_limit of the tube")
-
-
-def _diameters(shaft: Shaft) -> tuple[float, float]:
-    section = shaft.tube
-    return (0.0, 0.0) if section is None else (section.outer_diameter, section.inner_diameter)
 
 
 def _span(case: Case, k: int) -> float:
@@ -130,16 +125,12 @@ class _Beams:
         self.case, self.shafts, self.soft = case, shafts, soft
         tubes = [tube for k in shafts if (tube := line.shafts[k].tube) is not None]
         heavy = [
-            tube.density * tube.area if (mass := line.shafts[k].mass) is None else mass / length
-            for k, tube, length in zip(shafts, tubes, line.geometry.lengths[shafts], strict=True)
+            line.shafts[k].mass_at(length) / length
+            for k, length in zip(shafts, line.geometry.lengths[shafts], strict=True)
         ]
         if not min(heavy) > 0.0:
             raise ValueError("give mass of all shafts, or none to count with that of their tubes")
-        # E A i² with the radius of gyration i² = (D² + d²) / 16.
-        rigidities = [
-            tube.modulus * tube.area * (tube.outer_diameter**2 + tube.inner_diameter**2) / 16.0
-            for tube in tubes
-        ]
+        rigidities = [tube.modulus * tube.polar_moment / 2.0 for tube in tubes]
 
         def modes(give: float) -> bending_speed.LineBending:
             """Return the modes with springs that are so much softer; 0 makes them rigid."""
@@ -174,11 +165,11 @@ class _Beams:
             at = np.argmax((strain.sum(axis=1) >= 0.5) & part)
             speed = self._exact if self.single else float(self.found.speeds[at])
             span = _span(self.case, k)
-            both = tube.outer_diameter, tube.inner_diameter
             material = (tube.modulus, tube.density)
-            by_rule = float(shaft_design.critical_speed(*both, span, *material))
+            by_rule = float(shaft_design.critical_speed(*tube.diameters, span, *material))
             if constant := self.case.critical_constant:
-                maker = float(bending_speed.critical_speed_by_constant(*both, span, constant.value))
+                by_constant = bending_speed.critical_speed_by_constant
+                maker = float(by_constant(*tube.diameters, span, constant.value))
                 speed, by_rule = speed * maker / by_rule, maker
             found.append(_Critical(k, speed, by_rule, span))
         return found
@@ -301,7 +292,7 @@ def _joint_masses(case: Case) -> list[float]:
 def _bending_speeds(case: Case, beams: _Beams | str, where: str = "") -> Iterator[VerdictRow]:
     """Yield the rows of shafts that bend together, between joints or the end shaft of a name."""
     fastest, line = case.fastest, case.line
-    row = VerdictRow(rule="bending_speed", where=where, quantity="share of the critical speed")
+    row = VerdictRow("bending_speed", where, "share of the critical speed")
     if isinstance(beams, str) or fastest is None or fastest.speed is None:
         yield opened(row, beams if isinstance(beams, str) else "give speed")
         return
@@ -332,9 +323,9 @@ def _bounce(case: Case, beams: _Beams, fastest: OperatingPoint) -> Iterator[Verd
         return
     speed, shaft = beams.bounce
     row = VerdictRow(
-        rule="bending_speed",
-        where=case.line.shaft_names[shaft],
-        quantity="speed at which rigid shafts bounce on their bearings",
+        "bending_speed",
+        case.line.shaft_names[shaft],
+        "speed at which rigid shafts bounce on their bearings",
         value=speed,
         unit="rad/s",
         condition=fastest.name,
@@ -379,14 +370,12 @@ def _greatest_length(
 ) -> tuple[Inverse, ...]:
     """Return the greatest free length of a shaft on rigid supports."""
     fastest = case.fastest
-    if limit is None or limit.value <= 0.0 or fastest is None or not fastest.speed:
+    tube = case.line.shafts[found.shaft].tube
+    if not (beams.single and tube and limit and limit.value > 0.0 and fastest and fastest.speed):
         return ()
-    if not beams.single:
-        return ()
-    outer, inner = _diameters(case.line.shafts[found.shaft])
     # The beam or the constant that was used, in the form of the makers.
-    maker = found.speed * found.span**2 / np.hypot(outer, inner)
-    length = bending_speed.greatest_length(outer, inner, fastest.speed, maker, limit.value)
+    maker = found.speed * found.span**2 / np.hypot(*tube.diameters)
+    length = bending_speed.greatest_length(*tube.diameters, fastest.speed, maker, limit.value)
     return (Inverse("greatest free length", float(length), "m"),)
 
 
@@ -420,7 +409,7 @@ def _half_critical(case: Case, found: _Critical) -> VerdictRow:
     low, high = case.limit("half_critical_from"), case.limit("half_critical_to")
     angle = case.limit("second_order_angle")
     quantity = "distance from half the critical speed"
-    row = VerdictRow(rule="bending_speed", where=where, quantity=quantity)
+    row = VerdictRow("bending_speed", where, quantity)
     if low is None or high is None:
         name = "half_critical_from" if low is None else "half_critical_to"
         return stated(row, case.why_not(name))
@@ -447,7 +436,7 @@ def _half_critical(case: Case, found: _Critical) -> VerdictRow:
 def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
     line, fastest = case.line, case.fastest
     quantity = "distance from a torsional critical speed"
-    row = VerdictRow(rule="torsional_speed", where="", quantity=quantity)
+    row = VerdictRow("torsional_speed", "", quantity)
     beta = float(max(line.uneven_angles))
     # Unevenness is proportional to the square of the angle: rounding alone is none.
     if beta**2 <= EPS:
@@ -514,9 +503,9 @@ def _zone(case: Case, modes: Array, beta: float, share: float) -> VerdictRow:
     mode = held[0][1] if held else 0
     low, high = float(lows[mode]), float(highs[mode])
     row = VerdictRow(
-        rule="torsional_speed",
-        where="",
-        quantity="damping that closes the first parametric zone",
+        "torsional_speed",
+        "",
+        "damping that closes the first parametric zone",
         value=float(zone.damping),
         condition=held[0][0].name if held else "",
         inverses=(Inverse("zone from", low, "rad/s"), Inverse("zone to", high, "rad/s")),
@@ -584,7 +573,7 @@ def _lengths(case: Case, k: int) -> Iterator[VerdictRow]:
         return
     shortest = min(length, spline.shortest or length)
     longest = max(length, spline.longest or length)
-    row = VerdictRow(rule="lengths", where=where, quantity="travel left when shortest", unit="m")
+    row = VerdictRow("lengths", where, "travel left when shortest", unit="m")
     if spline.compressed is None:
         yield opened(row, f"give compressed of the spline of {where}")
         return
@@ -623,10 +612,8 @@ def _lengths(case: Case, k: int) -> Iterator[VerdictRow]:
 def _balance(case: Case, k: int, inner: _Beams | str) -> Iterator[VerdictRow]:
     line, where, fastest = case.line, case.line.shaft_names[k], case.fastest
     shaft, length = line.shafts[k], float(line.geometry.lengths[k])
-    mass = shaft.mass
-    if mass is None and shaft.tube is not None:
-        mass = shaft.tube.area * length * shaft.tube.density
-    row = VerdictRow(rule="balancing", where=where, quantity="allowed residual unbalance")
+    mass = shaft.mass_at(length)
+    row = VerdictRow("balancing", where, "allowed residual unbalance")
     grade = case.limit("balance_grade_maker")
     if grade is None:
         yield stated(row, case.why_not("balance_grade_maker"))
