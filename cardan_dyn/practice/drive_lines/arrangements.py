@@ -20,6 +20,7 @@ import numpy as np
 
 from cardan_dyn.analytic import compound_angle
 
+from ...kit.checks import vector
 from ...kit.errors import ArgumentError, choices
 from .design.fork_choice import halved
 from .design.phasing import phasing, with_forks
@@ -280,9 +281,14 @@ def centre_bearing_line(
         ArgumentError: not four slopes, two lengths and two offsets, or a span is out of its range.
         ModelError: as `Shaft` and `DriveLine` do.
     """
-    side, plan = _listed(slopes, "slopes", 4), _listed(slopes_plan, "slopes_plan", 4)
-    inner = _listed(lengths, "lengths", 2)
-    offsets = _listed((0.0, 0.0) if fork_offsets is None else fork_offsets, "fork_offsets", 2)
+    side, plan = (
+        vector("slopes", slopes, 4).tolist(),
+        vector("slopes_plan", slopes_plan, 4).tolist(),
+    )
+    inner = vector("lengths", lengths, 2).tolist()
+    offsets = vector(
+        "fork_offsets", (0.0, 0.0) if fork_offsets is None else fork_offsets, 2
+    ).tolist()
     line = _line(side, plan, inner, offsets, spans, fields, centre=bearing)
     return phasing(line).line if fork_offsets is None else line
 
@@ -305,7 +311,7 @@ def _line(
     if centre is not None:
         bearings[1] = (Bearing(distance=centre),)
     if spans is not None:
-        a, b, e, f = _listed(spans, "spans", 4)
+        a, b, e, f = vector("spans", spans, 4).tolist()
         for name, span in zip("abef", (a, b, e, f), strict=True):
             number(span, _SPAN, f"{name} of spans", ArgumentError)
         bearings[0] = Bearing(distance=b + a, name="A"), Bearing(distance=b, name="B")
@@ -324,14 +330,6 @@ def _line(
         )
     ]
     return DriveLine(shafts=tuple(shafts), **fields)
-
-
-def _listed(values: Sequence[float], name: str, count: int) -> list[float]:
-    listed = [] if isinstance(values, (str, bytes)) else list(np.atleast_1d(values))
-    if len(listed) != count:
-        raise ArgumentError(f"{name} has {len(listed)} values, expected {count}")
-    plain = Entry("quantity")
-    return [number(value, plain, f"{name}[{i}]", ArgumentError) for i, value in enumerate(listed)]
 
 
 def _views(v1: object, h1: object, v2: object, h2: object) -> list[tuple[float, float]]:

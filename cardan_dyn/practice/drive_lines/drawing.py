@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -374,27 +374,25 @@ def over_angle(
     angle, forces = np.rad2deg(analysis.position), analysis.total
     wording = Wording(units=analysis.units)
     torque, force = (wording.measure(name).factor for name in ("torque", "force"))
-    before, behind = (
-        [f"{side} {name}" for name in analysis.joints] for side in ("before", "behind")
-    )
-    panels: list[tuple[str, list[tuple[str, Array]]]] = [
-        ("angle error [°]", _columns(analysis.shafts, np.rad2deg(analysis.angle_error), first=1)),
-        ("speed ratio [–]", _columns(analysis.shafts, analysis.ratio, first=1)),
+    shafts = analysis.shafts[1:]
+    sides = [f"{side} {name}" for side in ("before", "behind") for name in analysis.joints]
+    panels: list[tuple[str, Sequence[str], Array]] = [
+        ("angle error [°]", shafts, np.rad2deg(analysis.angle_error[:, 1:])),
+        ("speed ratio [–]", shafts, analysis.ratio[:, 1:]),
         (
             f"bending{wording.unit('torque')}",
-            [
-                *_columns(before, torque * forces.bending_in),
-                *_columns(behind, torque * forces.bending_out),
-            ],
+            sides,
+            torque * np.hstack([forces.bending_in, forces.bending_out]),
         ),
         (
             f"bearing force{wording.unit('force')}",
-            _columns(analysis.bearings, force * forces.bearing_radial),
+            analysis.bearings,
+            force * forces.bearing_radial,
         ),
     ]
     drawn = sheet(len(panels), size=(7.6, 9.6), share_x=True, ax=ax, figsize=figsize)
-    for panel, (label, curves) in zip(drawn.panels, panels, strict=True):
-        Abscissa(angle, "").draw(panel, dict(curves))
+    for panel, (label, names, values) in zip(drawn.panels, panels, strict=True):
+        Abscissa(angle, "").draw(panel, dict(zip(names, values.T, strict=True)))
         panel.set_ylabel(label)
         panel.ticklabel_format(axis="y", useOffset=False)
         panel.legend(fontsize=SMALL, loc="center left", bbox_to_anchor=(1.0, 0.5))
@@ -406,12 +404,6 @@ def open_note(analysis: Any) -> str:
     """Return what statics leaves open in a line, for a figure of its forces; empty if nothing."""
     opened = "; ".join(analysis.indeterminate)
     return f"not all forces are determined by statics: {opened}" if opened else ""
-
-
-def _columns(
-    names: tuple[str, ...] | list[str], values: Array, first: int = 0
-) -> list[tuple[str, Array]]:
-    return [(name, values[:, index]) for index, name in enumerate(names) if index >= first]
 
 
 @in_look
