@@ -28,8 +28,8 @@ def test_points_are_those_of_the_line_and_of_its_duty_cycle() -> None:
         ("rated", 100.0, 50.0, True),
         ("duty 1", 300.0, -900.0, False),
     ]
-    assert found.fastest == found.strongest == found.points[1]
-    assert case(line()).fastest is None and case(line()).strongest is None
+    assert found.fastest == (300.0, found.points[1]) and found.strongest == (900.0, found.points[1])
+    assert case(line()).fastest[0] is None and case(line()).strongest[0] is None
     only = case(line(duty_cycle=cycle))
     assert [p.name for p in only.points] == ["duty 1"]
 

@@ -110,18 +110,18 @@ def _practical_angles(case: Case, row: VerdictRow) -> Iterator[VerdictRow]:
     if case.limit("pto_angle") is not None or not case.line.application:
         yield case.held(replace(row, quantity="joint angle, continuous, PTO"), "pto_angle")
     row = replace(row, quantity="joint angle at the greatest speed")
-    share, fastest = case.limit("speed_angle_share"), case.fastest
+    share, (speed, at) = case.limit("speed_angle_share"), case.fastest
     if share is None:
         yield stated(row, case.why_not("speed_angle_share"))
-    elif fastest is None or fastest.speed is None:
+    elif speed is None:
         yield opened(row, "give speed")
     else:
-        most = share.value * float(installation.greatest_joint_angle(fastest.speed))
-        held = replace(row, condition=fastest.name)
+        most = share.value * float(installation.greatest_joint_angle(speed))
+        held = replace(row, condition=at.name)
         held = judged(held, Limit(most, "rad", share.source), "")
         end = max(SPEED_ANGLES)
         reason = f"the table ends at {end * 30 / np.pi:.0f} 1/min; ask the maker of the joint"
-        yield withheld(held, reason) if fastest.speed > end else held
+        yield withheld(held, reason) if speed > end else held
 
 
 def _compensated_otherwise(case: Case) -> str:
@@ -270,12 +270,12 @@ def inertia_ratio(betas: Array, phases: Array, left_out: Collection[int] = ()) -
 
 
 def _accelerations(case: Case) -> Iterator[VerdictRow]:
-    line, fastest = case.line, case.fastest
-    if fastest is None or fastest.speed is None:
+    line, (speed, at) = case.line, case.fastest
+    if speed is None:
         row = VerdictRow("accelerations", "", "torsional acceleration")
         yield opened(row, "give speed")
         return
-    betas, phases, speed = line.uneven_angles, line.fork_phases, fastest.speed
+    betas, phases = line.uneven_angles, line.fork_phases
     residual = float(residual_angles(betas, phases)[-1])
     # Seen from the output, every joint has its other pin as the driving one.
     back = betas[::-1], phases[::-1] + np.pi / 2
@@ -317,7 +317,7 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
             value=exact,
             unit="rad/s^2",
             rule_value=by_rule,
-            condition=fastest.name,
+            condition=at.name,
             broken=() if by_rule is None else (*signs_hold(case), *first_order(exact, by_rule)),
             inverses=_allowed_speed(limit, ratio, speed),
             note="" if greatest is None else _within(exact, greatest),
@@ -331,7 +331,7 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
             "angular acceleration of the coupling piece",
             value=float(single_joint.greatest_acceleration(residual) * np.square(speed)),
             unit="rad/s^2",
-            condition=fastest.name,
+            condition=at.name,
             source="stated: the rule is that of shafts between joints, not of short pieces",
         )
 
@@ -363,15 +363,15 @@ def _sizes() -> dict[str, Any]:
 
 
 def _n_beta(case: Case) -> Iterator[VerdictRow]:
-    line, fastest, told = case.line, case.fastest, set[str]()
+    line, (speed, at), told = case.line, case.fastest, set[str]()
     for k, joint in enumerate(line.joints):
         row = VerdictRow("n_beta", line.joint_names[k], "speed")
         known = _sizes().get(joint.size.strip().upper())
-        if fastest is None or fastest.speed is None:
+        if speed is None:
             yield opened(row, "give speed")
             continue
-        beta, speed = float(line.joint_angles[k]), fastest.speed
-        row = replace(row, value=speed, unit="rad/s", condition=fastest.name)
+        beta = float(line.joint_angles[k])
+        row = replace(row, value=speed, unit="rad/s", condition=at.name)
         unknown = _unknown_size(joint.size) if joint.size not in told else ""
         told.add(joint.size)
         yield _by_size(row, joint, "largest_speed", known.speed if known else None, unknown)

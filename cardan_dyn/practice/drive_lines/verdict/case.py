@@ -83,6 +83,9 @@ class OperatingPoint:
     steady: bool = True
 
 
+_NO_POINT = OperatingPoint("", None, None)
+
+
 @dataclass(frozen=True)
 class LoadCase:
     """What acts on a line in a load case.
@@ -205,16 +208,16 @@ class Case:
         return 1.0 if self.line.service_factor is None else self.line.service_factor
 
     @cached_property
-    def fastest(self) -> OperatingPoint | None:
-        """Operating point of the greatest speed."""
-        known = [point for point in self.points if point.speed is not None]
-        return max(known, key=lambda point: point.speed or 0.0, default=None)
+    def fastest(self) -> tuple[float | None, OperatingPoint]:
+        """Greatest speed [rad/s], and the operating point that has it; None if none is known."""
+        known = [(point.speed, point) for point in self.points if point.speed is not None]
+        return max(known, key=lambda item: item[0], default=(None, _NO_POINT))
 
     @cached_property
-    def strongest(self) -> OperatingPoint | None:
-        """Operating point of the greatest torque."""
-        known = [point for point in self.points if point.torque is not None]
-        return max(known, key=lambda point: abs(point.torque or 0.0), default=None)
+    def strongest(self) -> tuple[float | None, OperatingPoint]:
+        """Greatest size of a torque [N·m], and the operating point that has it; likewise."""
+        known = [(abs(point.torque), point) for point in self.points if point.torque is not None]
+        return max(known, key=lambda item: item[0], default=(None, _NO_POINT))
 
     @cached_property
     def causes(self) -> Causes | None:
@@ -233,7 +236,7 @@ class Case:
     @cached_property
     def forces(self) -> tuple[LoadCase, ...]:
         """All load cases of all operating points: of what is not known none acts, see `lacking`."""
-        if self.causes is None or self.strongest is None:
+        if self.causes is None or self.strongest[0] is None:
             return ()
         result = []
         if self._analysis is not None:
@@ -357,8 +360,7 @@ class Case:
         if self.no_forces:
             torques = [self.service_factor * (point.torque or 0.0) for point in self.points]
             torques += [-torque for torque in torques] if self.line.reversing else []
-            at = "" if self.strongest is None else self.strongest.name
-            most, least = max(*torques, 0.0), min(*torques, 0.0)
+            most, least, at = max(*torques, 0.0), min(*torques, 0.0), self.strongest[1].name
             return Torques(most, -least, at, f"torque of the input shaft: {self.no_forces}")
         found = []
         for name in ("torque", "torque_back"):

@@ -37,8 +37,7 @@ def force_rules(case: Case) -> Iterator[VerdictRow]:
 
 
 def _couples(case: Case) -> Iterator[VerdictRow]:
-    line, strongest = case.line, case.strongest
-    torque = abs((strongest.torque if strongest else None) or 0.0) * case.service_factor
+    line, torque = case.line, (case.strongest[0] or 0.0) * case.service_factor
     before, points_in = case.worst("bending_in")
     behind, points_out = case.worst("bending_out")
     for k, beta in enumerate(line.joint_angles):
@@ -162,7 +161,7 @@ def _with_inverse(case: Case, row: VerdictRow, torque: float) -> VerdictRow:
 
 def _by_statics(case: Case) -> tuple[dict[str, float], str]:
     """Return the rule's greatest bearing forces of a turn, and why there are none."""
-    line, strongest = case.line, case.strongest
+    line, torque = case.line, case.strongest[0]
     spans = _spans(line.shafts)
     inner = line.shafts[1:-1]
     counts = [len(shaft.bearings) for shaft in inner]
@@ -172,12 +171,12 @@ def _by_statics(case: Case) -> tuple[dict[str, float], str]:
             "two bearings on both end shafts, one centre bearing on each intermediate shaft but "
             "the last, and joints with a cross: this line has others, no closed form"
         )
-    if strongest is None or not strongest.torque:
+    if not torque:
         return {}, ""
     found = support_forces.line_support_forces(
         line.geometry.directions,
         np.linspace(0.0, np.pi, 1440, endpoint=False),
-        strongest.torque * case.service_factor,
+        torque * case.service_factor,
         line.geometry.lengths[1:-1],
         np.array([shaft.bearings[0].distance for shaft in inner[:-1]]),
         spans,
@@ -202,13 +201,13 @@ def _spans(shafts: tuple[Shaft, ...]) -> support_forces.Spans | None:
 
 
 def _axial(case: Case) -> Iterator[VerdictRow]:
-    line, strongest = case.line, case.strongest
+    line, torque = case.line, case.strongest[0]
     for k, shaft in enumerate(line.shafts):
         spline, where = shaft.spline, line.shaft_names[k]
         if spline is None:
             continue
         row = VerdictRow("axial_force", where, "force of the sliding spline", unit="N")
-        if spline.friction is None or strongest is None or strongest.torque is None:
+        if spline.friction is None or torque is None:
             missing = "friction and radius of the spline" if spline.friction is None else "torque"
             yield opened(row, f"give {missing}")
             continue
@@ -216,7 +215,7 @@ def _axial(case: Case) -> Iterator[VerdictRow]:
             yield opened(row, case.no_forces)
             continue
         beta = float(line.joint_angles[k - 1])
-        most = abs(strongest.torque) * case.service_factor
+        most = torque * case.service_factor
         # The torque in this shaft varies as joints turn unevenly, and with inertia.
         sizes, cases = case.worst("spline_friction")
         index = case.causes.splines.index(where)

@@ -31,40 +31,39 @@ def rating_rules(case: Case) -> Iterator[VerdictRow]:
 
 
 def _design_torque(case: Case) -> Iterator[VerdictRow]:
-    strongest = case.strongest
+    torque, at = case.strongest
     row = VerdictRow("design_torque", "", "shock torque T·K", unit="N m")
-    if strongest is None or strongest.torque is None:
+    if torque is None:
         yield opened(row, "give torque")
         return
     given = case.line.service_factor is not None
-    power = "" if strongest.speed is None else f"{abs(strongest.torque) * strongest.speed:.4g} W"
+    power = "" if at.speed is None else f"{torque * at.speed:.4g} W"
     yield replace(
         row,
-        value=abs(strongest.torque) * case.service_factor,
-        condition=strongest.name,
+        value=torque * case.service_factor,
+        condition=at.name,
         source="none: ratings of joints are held against it",
         note="; ".join(filter(None, [power, "" if given else "no service_factor: K = 1"])),
     )
 
 
 def _static(case: Case) -> Iterator[VerdictRow]:
-    line, strongest = case.line, case.strongest
-    if strongest is None or strongest.torque is None:
+    line, torque = case.line, case.strongest[0]
+    if torque is None:
         yield opened(VerdictRow("static_ratings", "", "torque"), "give torque")
         return
     for k, joint in enumerate(line.joints):
-        found, nominal = case.joint_torque(k), abs(strongest.torque) * case.service_factor
-        torque = found.size
+        found, nominal = case.joint_torque(k), torque * case.service_factor
         row = VerdictRow(
             "static_ratings",
             line.joint_names[k],
             "shock torque",
-            value=torque,
+            value=found.size,
             unit="N m",
             rule_value=nominal,
             condition=found.condition,
             note=found.how,
-            broken=_uneven(torque, nominal),
+            broken=_uneven(found.size, nominal),
         )
         limit = _rating(joint, "torque_limit", "T_CS")
         yield case.of_forces(row, limit, "give torque_limit of the joint (T_CS)")
@@ -278,16 +277,16 @@ def _precision(case: Case, k: int) -> Iterator[VerdictRow]:
     joint, beta = case.line.joints[k], float(case.line.joint_angles[k])
     if not joint.din_808:
         return
-    fastest, strongest = case.fastest, case.strongest
+    (speed, at), torque = case.fastest, case.strongest[0]
     row = VerdictRow("precision_joint", case.line.joint_names[k], "speed")
-    if fastest is None:
+    if speed is None:
         yield opened(row, "give speed")
     else:
-        held = replace(row, value=fastest.speed, unit="rad/s", condition=fastest.name)
+        held = replace(row, value=speed, unit="rad/s", condition=at.name)
         yield case.held(held, f"din_808_{joint.din_808}_speed")
     row = replace(row, quantity="torque T·k", unit="N m")
     factors = DIN_808_FACTORS[joint.din_808]
-    if strongest is None or strongest.torque is None:
+    if torque is None:
         yield opened(row, "give torque")
         return
     if math.degrees(beta) > max(factors):
@@ -300,7 +299,7 @@ def _precision(case: Case, k: int) -> Iterator[VerdictRow]:
     row = replace(
         row,
         value=factor * found.size,
-        rule_value=float(shaft_design.precision_joint_torque(strongest.torque, beta, factors)),
+        rule_value=float(shaft_design.precision_joint_torque(torque, beta, factors)),
         condition=found.condition,
         note="; ".join(filter(None, [found.how, f"k = {factor:.3g}"])),
     )

@@ -18,7 +18,7 @@ from ..line.data import LineData
 from ..line.geometry import centring_places
 from ..line.parts import Shaft, Tube
 from ..line.supports import bearings_of
-from .case import Case, OperatingPoint
+from .case import Case
 from .rows import FAIL, Inverse, VerdictRow, judged, opened, stated, withheld
 
 
@@ -40,7 +40,7 @@ def shaft_rules(case: Case) -> Iterator[VerdictRow]:
 
 
 def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
-    line, strongest = case.line, case.strongest
+    line, torque = case.line, case.strongest[0]
     shaft, where = line.shafts[k], line.shaft_names[k]
     section = shaft.tube
     row = VerdictRow("tube", where, "shear stress up to T·K", unit="Pa")
@@ -48,10 +48,10 @@ def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
         if 0 < k < line.count and shaft.centring is None:
             yield opened(row, f"give tube of {where}")
         return
-    if strongest is None or strongest.torque is None:
+    if torque is None:
         yield opened(row, "give torque")
         return
-    found, nominal = case.shaft_torque(k), abs(strongest.torque) * case.service_factor
+    found, nominal = case.shaft_torque(k), torque * case.service_factor
     stress, by_rule = (
         float(shaft_design.shear_stress(size, *section.diameters)) for size in (found.size, nominal)
     )
@@ -291,9 +291,9 @@ def _joint_masses(case: Case) -> list[float]:
 
 def _bending_speeds(case: Case, beams: _Beams | str, where: str = "") -> Iterator[VerdictRow]:
     """Yield the rows of shafts that bend together, between joints or the end shaft of a name."""
-    fastest, line = case.fastest, case.line
+    (speed, at), line = case.fastest, case.line
     row = VerdictRow("bending_speed", where, "share of the critical speed")
-    if isinstance(beams, str) or fastest is None or fastest.speed is None:
+    if isinstance(beams, str) or speed is None:
         yield opened(row, beams if isinstance(beams, str) else "give speed")
         return
     name = case.of_application("bending_speed_share")
@@ -302,9 +302,9 @@ def _bending_speeds(case: Case, beams: _Beams | str, where: str = "") -> Iterato
         of_shaft = replace(
             row,
             where=line.shaft_names[found.shaft],
-            value=fastest.speed / found.speed,
-            rule_value=fastest.speed / found.by_rule,
-            condition=fastest.name,
+            value=speed / found.speed,
+            rule_value=speed / found.by_rule,
+            condition=at.name,
             broken=broken,
             inverses=(
                 Inverse("critical speed", found.speed, "rad/s"),
@@ -314,32 +314,33 @@ def _bending_speeds(case: Case, beams: _Beams | str, where: str = "") -> Iterato
         )
         for held in (case.held(of_shaft, name), _half_critical(case, found)):
             yield withheld(_unless_soft(held, beams), _unknown_speed(case))
-    yield from _bounce(case, beams, fastest)
+    yield from _bounce(case, beams)
 
 
-def _bounce(case: Case, beams: _Beams, fastest: OperatingPoint) -> Iterator[VerdictRow]:
+def _bounce(case: Case, beams: _Beams) -> Iterator[VerdictRow]:
     """Yield the row of rigid shafts that bounce on soft bearings, which bend no tube."""
     if beams.bounce is None:
         return
     speed, shaft = beams.bounce
+    fastest, at = case.fastest
     row = VerdictRow(
         "bending_speed",
         case.line.shaft_names[shaft],
         "speed at which rigid shafts bounce on their bearings",
         value=speed,
         unit="rad/s",
-        condition=fastest.name,
+        condition=at.name,
         note="running through it is usual, staying at it or at half of it is not",
     )
     share = case.limit("bounce_share")
-    if share is None or not fastest.speed:
+    if share is None or not fastest:
         near = "" if "bounce_share" in case.given else _inside(case, speed)
         if near:
             yield opened(row, f"{near}; {case.why_not('bounce_share')}")
         else:
             yield stated(row, "" if share else case.why_not("bounce_share"))
         return
-    least = fastest.speed / share.value
+    least = fastest / share.value
     row = replace(row, inverses=beams.stiffer(least))
     yield judged(row, Limit(least, "rad/s", share.source, "least"), "")
 
@@ -369,13 +370,13 @@ def _greatest_length(
     case: Case, beams: _Beams, found: _Critical, limit: Limit | None
 ) -> tuple[Inverse, ...]:
     """Return the greatest free length of a shaft on rigid supports."""
-    fastest = case.fastest
+    speed, _ = case.fastest
     tube = case.line.shafts[found.shaft].tube
-    if not (beams.single and tube and limit and limit.value > 0.0 and fastest and fastest.speed):
+    if not (beams.single and tube and limit and limit.value > 0.0 and speed):
         return ()
     # The beam or the constant that was used, in the form of the makers.
     maker = found.speed * found.span**2 / np.hypot(*tube.diameters)
-    length = bending_speed.greatest_length(*tube.diameters, fastest.speed, maker, limit.value)
+    length = bending_speed.greatest_length(*tube.diameters, speed, maker, limit.value)
     return (Inverse("greatest free length", float(length), "m"),)
 
 
@@ -434,7 +435,7 @@ def _half_critical(case: Case, found: _Critical) -> VerdictRow:
 
 
 def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
-    line, fastest = case.line, case.fastest
+    line, speed = case.line, case.fastest[0]
     quantity = "distance from a torsional critical speed"
     row = VerdictRow("torsional_speed", "", quantity)
     beta = float(max(line.uneven_angles))
@@ -453,8 +454,8 @@ def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
         if not shaft.inertia
     ]
     missing += [f"tube or torsional_stiffness of {'/'.join(lacking)}"] if lacking else []
-    missing += [] if fastest is not None else ["speed"]
-    if missing or fastest is None:
+    missing += ["speed"] if speed is None else []
+    if missing:
         yield opened(row, "give " + ", ".join(missing))
         return
     inertias, stiffnesses = _chain(line, [value or 0.0 for value in soft])
@@ -610,7 +611,7 @@ def _lengths(case: Case, k: int) -> Iterator[VerdictRow]:
 
 
 def _balance(case: Case, k: int, inner: _Beams | str) -> Iterator[VerdictRow]:
-    line, where, fastest = case.line, case.line.shaft_names[k], case.fastest
+    line, where, (speed, at) = case.line, case.line.shaft_names[k], case.fastest
     shaft, length = line.shafts[k], float(line.geometry.lengths[k])
     mass = shaft.mass_at(length)
     row = VerdictRow("balancing", where, "allowed residual unbalance")
@@ -618,19 +619,19 @@ def _balance(case: Case, k: int, inner: _Beams | str) -> Iterator[VerdictRow]:
     if grade is None:
         yield stated(row, case.why_not("balance_grade_maker"))
         return
-    if fastest is None or not fastest.speed or not mass:
+    if not speed or not mass:
         yield opened(row, "give speed and mass or tube")
         return
     needed = case.limit("balancing_speed")
     text = ""
     if needed is not None:
-        text = "needed" if fastest.speed > needed.value else "not needed"
+        text = "needed" if speed > needed.value else "not needed"
         text = f"balancing {text}: limit {needed.value * 30 / np.pi:.0f} 1/min"
     yield replace(
         row,
-        value=float(installation.residual_unbalance(grade.value, mass, fastest.speed)),
+        value=float(installation.residual_unbalance(grade.value, mass, speed)),
         unit="kg m",
-        condition=fastest.name,
+        condition=at.name,
         source=grade.source,
         note=text,
         broken=_not_rigid(case, k, inner),
@@ -639,10 +640,10 @@ def _balance(case: Case, k: int, inner: _Beams | str) -> Iterator[VerdictRow]:
 
 def _not_rigid(case: Case, k: int, inner: _Beams | str) -> tuple[str, ...]:
     """Return that a shaft runs so close to its critical speed that it bends."""
-    fastest = case.fastest
-    if isinstance(inner, str) or fastest is None or not fastest.speed:
+    speed = case.fastest[0]
+    if isinstance(inner, str) or not speed:
         return ()
     found = [item.speed for item in inner.bending if item.shaft == k]
-    if not found or fastest.speed <= found[0] / 2.0:
+    if not found or speed <= found[0] / 2.0:
         return ()
     return ("well below the critical speed: it runs above half of it",)
