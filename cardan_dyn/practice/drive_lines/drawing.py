@@ -111,6 +111,10 @@ def arrangement(
     drawn = sheet(2, size=size, share_x=True, ax=ax, figsize=figsize)
     if drawn.is_new:
         drawn.panels[0].get_gridspec().set_height_ratios(heights)
+    from matplotlib.ticker import FuncFormatter
+
+    # With the decimal sign of the language.
+    ticks = FuncFormatter(lambda value, _: wording.given(value))
     length = wording.unit("length")
     for panel, (axis, above, below) in zip(drawn.panels, views, strict=True):
         _view(panel, line, parts, points, axis, unit, scale)
@@ -126,8 +130,8 @@ def arrangement(
             tops[0] + scale * (_height(above) + SMALL) / 72.0,
         )
         panel.set_aspect("equal")
-        panel.xaxis.set_major_formatter(_ticks(wording))
-        panel.yaxis.set_major_formatter(_ticks(wording))
+        panel.xaxis.set_major_formatter(ticks)
+        panel.yaxis.set_major_formatter(ticks)
     drawn.panels[-1].set_xlabel(wording("forward") + length)
     return drawn.finish(title or plain(line.name), 0)
 
@@ -338,16 +342,6 @@ def _tint(color: str) -> Any:
     from matplotlib.colors import to_rgb
 
     return tuple(0.55 + 0.45 * part for part in to_rgb(color))
-
-
-def _ticks(wording: Wording) -> Any:
-    """Return what writes ticks with the decimal sign of the language."""
-    from matplotlib.ticker import FuncFormatter
-
-    def written(value: float, _: int) -> str:
-        return wording.given(value)
-
-    return FuncFormatter(written)
 
 
 @in_look

@@ -309,7 +309,10 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
         by_rule = None
         if theta is not None:
             by_rule = float(uniformity.angular_acceleration(theta, speed))
-        limit, greatest = case.limit(name), case.limit(f"{name}_greatest")
+        limit, greatest, note = case.limit(name), case.limit(f"{name}_greatest"), ""
+        if greatest is not None:
+            side = "within" if exact <= greatest.value else "beyond"
+            note = f"{side} {greatest.value:g} rad/s² at most"
         row = VerdictRow(
             "accelerations",
             line.shaft_names[-1] if name.startswith("t") else "",
@@ -320,7 +323,7 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
             condition=at.name,
             broken=() if by_rule is None else (*signs_hold(case), *first_order(exact, by_rule)),
             inverses=_allowed_speed(limit, ratio, speed),
-            note="" if greatest is None else _within(exact, greatest),
+            note=note,
         )
         yield case.held(row, name)
     for k in short:
@@ -334,10 +337,6 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
             condition=at.name,
             source="stated: the rule is that of shafts between joints, not of short pieces",
         )
-
-
-def _within(value: float, greatest: Limit) -> str:
-    return f"{'within' if value <= greatest.value else 'beyond'} {greatest.value:g} rad/s² at most"
 
 
 def _allowed_speed(limit: Limit | None, ratio: float, speed: float) -> tuple[Inverse, ...]:

@@ -24,11 +24,8 @@ def force_rules(case: Case) -> Iterator[VerdictRow]:
     """Yield the rows about forces and moments."""
     reason = case.no_forces
     if reason:
-        for rule, quantity in (
-            ("fork_couples", "bending moments"),
-            ("bearing_forces", "bearing forces"),
-        ):
-            yield opened(VerdictRow(rule, "", quantity), reason)
+        yield opened(VerdictRow("fork_couples", "", "bending moments"), reason)
+        yield opened(VerdictRow("bearing_forces", "", "bearing forces"), reason)
     else:
         yield from _couples(case)
         yield from _bearings(case)
@@ -38,18 +35,14 @@ def force_rules(case: Case) -> Iterator[VerdictRow]:
 
 def _couples(case: Case) -> Iterator[VerdictRow]:
     line, torque = case.line, (case.strongest[0] or 0.0) * case.service_factor
-    before, points_in = case.worst("bending_in")
-    behind, points_out = case.worst("bending_out")
+    sides = ("before", *case.worst("bending_in")), ("behind", *case.worst("bending_out"))
     for k, beta in enumerate(line.joint_angles):
         rule = support_forces.fork_couples(float(beta), torque)
         couples = (float(rule.input_normal), float(rule.output_in_plane))
         is_even = line.even[k]
         if is_even:
             couples = (torque * math.tan(beta / 2.0),) * 2
-        for sides, points, by_rule, text in (
-            (before, points_in, couples[0], "before"),
-            (behind, points_out, couples[1], "behind"),
-        ):
+        for (text, sizes, cases), by_rule in zip(sides, couples, strict=True):
             broken = list(_with_mass(case))
             if text == "behind" and beta > math.pi / 4 and not is_even:
                 broken.append("up to 45°: the shaft behind is bent more between both positions")
@@ -59,11 +52,11 @@ def _couples(case: Case) -> Iterator[VerdictRow]:
                 "fork_couples",
                 line.joint_names[k],
                 f"bending moment {text} the joint",
-                value=float(sides[k]),
+                value=float(sizes[k]),
                 unit="N m",
                 rule_value=by_rule,
-                condition=points[k].point.name,
-                note=points[k].how,
+                condition=cases[k].point.name,
+                note=cases[k].how,
                 source="none: bearings and shafts carry it",
                 broken=tuple(broken),
             )
@@ -110,8 +103,11 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
                 note=where.how,
                 broken=tuple(broken),
             )
-            if most is not None and size:
-                row = _with_inverse(case, row, abs(where.point.torque or 0.0) * most / size)
+            torque = abs(where.point.torque or 0.0)
+            if most is not None and size and torque and not case.is_heavy:
+                # Forces are proportional to it.
+                inverse = Inverse("allowed torque", torque * most / size, "N m")
+                row = replace(row, inverses=(inverse,))
             if bearing is None:
                 yield opened(row, "a bearing at the joint itself; give the shaft's own bearings")
                 continue
@@ -150,13 +146,6 @@ def _centrings(case: Case) -> Iterator[VerdictRow]:
         limit = None if most is None else Limit(most, "N", "force_limit of the centring")
         missing = "give force_limit of the centring"
         yield case.of_forces(row, limit, missing, "centring", index)
-
-
-def _with_inverse(case: Case, row: VerdictRow, torque: float) -> VerdictRow:
-    """Return a row with the torque that its bearing allows, if forces are proportional to it."""
-    if case.is_heavy or not torque:
-        return row
-    return replace(row, inverses=(Inverse("allowed torque", torque, "N m"),))
 
 
 def _by_statics(case: Case) -> tuple[dict[str, float], str]:

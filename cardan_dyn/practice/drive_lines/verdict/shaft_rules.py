@@ -296,7 +296,12 @@ def _bending_speeds(case: Case, beams: _Beams | str, where: str = "") -> Iterato
     if isinstance(beams, str) or speed is None:
         yield opened(row, beams if isinstance(beams, str) else "give speed")
         return
-    name = case.of_application("bending_speed_share")
+    name, soft = case.of_application("bending_speed_share"), ""
+    if beams.soft:
+        soft = (
+            f"give stiffness of {', '.join(beams.soft)}, across the shaft and with its bracket; "
+            "the value is that of rigid ones, which soft ones exceed"
+        )
     for found in beams.bending:
         note, broken = _of_beam(case, beams, found)
         of_shaft = replace(
@@ -313,7 +318,7 @@ def _bending_speeds(case: Case, beams: _Beams | str, where: str = "") -> Iterato
             note=note,
         )
         for held in (case.held(of_shaft, name), _half_critical(case, found)):
-            yield withheld(_unless_soft(held, beams), _unknown_speed(case))
+            yield withheld(withheld(held, soft), _unknown_speed(case))
     yield from _bounce(case, beams)
 
 
@@ -353,17 +358,6 @@ def _inside(case: Case, speed: float) -> str:
     if min(speeds) <= speed / 2.0 <= max(speeds):
         return "half of it lies within the speeds of the line and its duty cycle"
     return ""
-
-
-def _unless_soft(row: VerdictRow, beams: _Beams) -> VerdictRow:
-    """Return the row of a line, which passes nothing while a bearing's stiffness is unknown."""
-    if not beams.soft:
-        return row
-    return withheld(
-        row,
-        f"give stiffness of {', '.join(beams.soft)}, across the shaft and with its bracket; the "
-        "value is that of rigid ones, which soft ones exceed",
-    )
 
 
 def _greatest_length(

@@ -100,10 +100,10 @@ def variants(
     given: dict[Adjustable, Array] = {}
     if angles is not None:
         values = _columns("angles", angles, line.count)
-        if not np.all((values >= 0.0) & (values < np.pi / 2)):
-            worst = values[~((values >= 0.0) & (values < np.pi / 2))][0]
+        wrong = values[(values < 0.0) | (values >= np.pi / 2)]
+        if wrong.size:
             raise ArgumentError(
-                f"angles has {worst:.6g}, expected joint angles from 0 to below π/2 rad: a "
+                f"angles has {wrong[0]:.6g}, expected joint angles from 0 to below π/2 rad: a "
                 "universal joint passes on no rotation at 90°"
             )
         given |= _differences("joint_angle", values, found.joint_angles)
