@@ -116,8 +116,8 @@ def test_forks_on_teeth_and_slopes() -> None:
     [
         ({}, ArgumentError, "expected names of variables with their bounds"),
         ({"shaft_1.width": (0, 1)}, ModelError, "no variable 'shaft_1.width'"),
-        ({"shaft_1.length": (1.0, 0.5)}, ArgumentError, "bounds of shaft_1.length are"),
-        ({"shaft_1.length": 0.5}, ArgumentError, "bounds of shaft_1.length are"),
+        ({"shaft_1.length": (1.0, 0.5)}, ArgumentError, "bounds of shaft_1.length: 1 to 0"),
+        ({"shaft_1.length": 0.5}, ArgumentError, "bounds of shaft_1.length has shape"),
         ({"shaft_1.end_z": (0, 1)}, ModelError, "no variable 'shaft_1.end_z'"),
     ],
 )

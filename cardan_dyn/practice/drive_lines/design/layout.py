@@ -10,7 +10,7 @@ from typing import Any, Generic
 import numpy as np
 
 from ....kit.arrays import NOTHING, Array
-from ....kit.checks import described
+from ....kit.checks import described, interval
 from ....kit.errors import ArgumentError, ModelError, choices
 from ..line.geometry import residual_angles
 from ..line.supports import supports
@@ -160,16 +160,7 @@ def _variables(line: Line, free: Mapping[str, Sequence[float]]) -> tuple[dict[st
                 f"the line has no variable {name!r}; variables: {choices(known, name)}",
                 name=name if isinstance(name, str) else None,
             )
-        try:
-            low, high = (float(limit) for limit in limits)
-        except (TypeError, ValueError):
-            low = high = np.nan
-        if not (np.isfinite([low, high]).all() and low < high):
-            raise ArgumentError(
-                f"bounds of {name} are {described(limits)}, expected two finite numbers, the "
-                "lower one first"
-            )
-        bounds.append((low, high))
+        bounds.append(interval(f"bounds of {name}", limits))
     return {name: known[name] for name in free}, np.array(bounds)
 
 
