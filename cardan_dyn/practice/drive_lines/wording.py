@@ -19,7 +19,7 @@ from typing import NamedTuple
 from ...kit.arrays import NOTHING
 from ...kit.checks import described
 from ...kit.errors import ArgumentError, choices
-from ...kit.quantities import cleared, prefix
+from ...kit.quantities import NONE, cleared, prefix
 from ...kit.units import DIMENSIONS, FOOT, HAND, INCH, POUND, POUND_FORCE
 from ...kit.units import digits as digits_of
 
