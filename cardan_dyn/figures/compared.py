@@ -34,7 +34,7 @@ def compared(
         quantity: label of the ordinate, with its unit.
         over: label of the abscissa, with its unit.
         points: about how many points are drawn of each result.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: more than one axes.

@@ -64,7 +64,7 @@ def campbell(
         whirl: direction of each mode `(S, n)`: above zero forward, below backward, zero neither;
             the side that most of a mode is on names its line.
         critical: `(C, 2)` speeds and frequencies of critical speeds [rad/s], drawn as points.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: shapes that do not match, or orders that are no numbers.
@@ -127,7 +127,7 @@ def critical_speed_map(
         speeds: of each curve by its name `(S,)` [rad/s]; inf or nan where there is none.
         operating: range of speeds of the machine [rad/s], drawn as a band.
         label: of the abscissa, with its unit.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
@@ -173,7 +173,7 @@ def orders_over_speed(
         peaks: points by their names `(C, 2)`: speeds [rad/s] and amplitudes; of those beyond the
             speeds, none is drawn.
         logarithmic: amplitudes on a logarithmic scale.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
@@ -243,7 +243,7 @@ def stability_chart(
         ends: of the speeds that were looked at [rad/s].
         joint: what the ordinate is called.
         slides: whether it is that of a slide.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: numbers of angles that do not match, or another kind.

@@ -49,7 +49,7 @@ def value_map(
         values: `(N, M)`; nan where there is none, which is grey.
         labels: of x, y and the values, with units.
         limit: value along which a line is drawn.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
@@ -86,7 +86,7 @@ def contour_map(
         values: `(N, M)`; nan where there is none.
         labels: of x, y and the values, with units; the latter is written above.
         limit: value along which a thick line is drawn; the side beyond it is hatched.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: shapes that do not match, or no finite value.
@@ -177,7 +177,7 @@ def tornado(
             where there is none.
         middle: the result between them.
         label: of the result, with its unit.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: there is no parameter.
@@ -226,7 +226,7 @@ def scatter(
         values: of the result `(N,)`.
         label: of the result, with its unit.
         limit: value at which a line is drawn.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: there is no parameter, or shapes do not match.
@@ -276,7 +276,7 @@ def parallel_coordinates(
     Args:
         columns: names, with units, to values `(N,)`; two at least.
         limit: value of the last column beyond which a line is drawn dashed.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: fewer than two columns, or shapes that do not match.

@@ -91,7 +91,7 @@ def order_spectrum(
         highest: greatest order that is drawn.
         logarithmic: draw amplitudes to a logarithmic scale.
         note: on what is drawn.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: the angles are not evenly spaced over whole turns, or more than one axes.

@@ -46,7 +46,8 @@ def over_angle(
         drive: joint whose angle [°], or slide [m], is the abscissa; the first drive if not given.
         peaks: label the greatest and the least value of each line; nothing if False; the greater
             one by size, of few lines, if None.
-        onto: see `Onto`; as many axes as there are quantities.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`;
+            as many axes as there are quantities.
 
     Raises:
         ModelError: a joint is unknown, not among the outputs, or has no axis.
@@ -75,7 +76,8 @@ def ratio_and_angle_error(
             its mean lead to be left out.
         output: joint whose motion is shown.
         drive: the drive that it is compared with; the first drive of each sweep if not given.
-        onto: see `Onto`; two axes.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`;
+            two axes.
 
     Raises:
         ModelError: unknown joint.

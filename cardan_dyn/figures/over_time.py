@@ -32,7 +32,8 @@ def over_time(
         joints: one joint or several; each is a line.
         quantities: of `torsion`, `bending`, `axial`, `shear`; each has its own axes.
         peaks: see `over_angle`.
-        onto: see `Onto`; as many axes as there are quantities.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`;
+            as many axes as there are quantities.
 
     Raises:
         ModelError: a joint is unknown, not among the outputs, or has no axis.
@@ -53,7 +54,8 @@ def energy_over_time(trajectory: Swept, **onto: Unpack[Onto]) -> Figure:
 
     Args:
         trajectory: the trajectory.
-        onto: see `Onto`; two axes.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`;
+            two axes.
 
     Raises:
         ArgumentError: it is no trajectory, or other than two axes.

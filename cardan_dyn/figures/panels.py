@@ -51,7 +51,7 @@ def stacked(
         peaks: see `label_peaks`.
         line: properties of the lines, for `Axes.plot`.
         labels: names of curves to what legends call them, if not by these.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: other axes than are needed.

@@ -65,7 +65,8 @@ def force_polar(
         drive: joint whose angle is written at the curve; the first drive if not given.
         plane: the axes across and up, such as `zx`, instead of `xy`, `yz` or `xz`, which is most
             nearly across the joint's axis.
-        onto: see `Onto`; one axes for each joint and frame.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`;
+            one axes for each joint and frame.
 
     Raises:
         ModelError: a joint is unknown or not among the outputs.
@@ -113,7 +114,7 @@ def forces_in_place(
         size: length of the greatest force in the drawing [m].
         plane: of the drawing, in world axes.
         sample: index of the position in which the mechanism is drawn.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ModelError: a joint is unknown or not among the outputs.

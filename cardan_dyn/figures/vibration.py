@@ -47,7 +47,7 @@ def over_revolution(
         values: `(P, n)` [rad, or m of slides].
         names: of the coordinates, n.
         unit: of the coordinates.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
@@ -77,7 +77,8 @@ def coefficients(
         position: of the drive `(N,)` [rad].
         matrices: by name, with its unit `(N, n, n)`.
         names: of the n coordinates.
-        onto: see `Onto`; one axes for each matrix.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`;
+            one axes for each matrix.
 
     Raises:
         ArgumentError: shapes that do not match, or another number of axes.
@@ -109,7 +110,7 @@ def orbits(
     Args:
         paths: by name `(N, 2)`.
         labels: of both axes, with their units.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: a path is no curve in a plane.
@@ -143,7 +144,7 @@ def run_up(
         unit: of the coordinate.
         predicted: curves by name, as speeds `(S,)` [rad/s] and amplitudes `(S,)`; each is drawn
             to both sides.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
@@ -179,7 +180,7 @@ def torque_over_speed(
         available: of the drive `(S,)`, if it is driven by a torque.
         barriers: speeds and torques of resonances, each marked.
         held: speed at which the drive stays, if it does.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.
@@ -215,7 +216,7 @@ def multipliers(
         sizes: `(S, m)`.
         intervals: least and greatest speed of instabilities [rad/s], and their kinds, as
             `stability_chart` has them: narrow ones lie between two of the speeds.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: shapes that do not match.

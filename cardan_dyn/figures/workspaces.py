@@ -26,7 +26,8 @@ def regions(
         labels: of both, with their units.
         panels: of each what is written above it, `(S, S)` which positions belong to the region, and
             curves: what they are and their points `(k, 2)`.
-        onto: see `Onto`; one axes for each panel.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`;
+            one axes for each panel.
 
     Raises:
         ArgumentError: other axes than are needed.

@@ -35,7 +35,7 @@ def courses(
         cases: in which something is driven.
         told: which quantities, of which the first six are drawn.
         x: a coordinate, or a row of the task of all cases, to be drawn over instead.
-        onto: see `Onto`.
+        onto: `title`, `ax` to draw into and `figsize` [inch], see `style.Onto`.
 
     Raises:
         ArgumentError: other axes than are needed, or `x` is nothing to be drawn over.
