@@ -611,8 +611,9 @@ class Sweep(MotionResult):
 
         if not parameters:
             raise ArgumentError("name the parameters, such as derivative('bearing_in')")
-        undecided = np.isnan(self.motion.velocity_ratios.values).all(axis=1)
-        if undecided.any():
+        # Drives decide where all is driven: rates that a sweep did not keep are not found for it.
+        free = self._problem.free
+        if free and (undecided := np.isnan(self.motion.velocity_ratios.values).all(axis=1)).any():
             sample = int(np.argmax(undecided))
             raise SingularConfigurationError(
                 f"{choices(self.coordinates)} do not decide the motion at sample {sample}, so that "
