@@ -143,8 +143,9 @@ def _motions(rows: tuple[str, ...], given: Any, duration: float) -> dict[str, Mo
                 f"motion[{name!r}]: it is no row of the task; rows: {choices(rows, name)}"
             )
     if missing := [name for name in rows if name not in given]:
+        verb = "moves" if len(missing) == 1 else "move"
         raise ArgumentError(
-            f"motion: nothing says how {choices(missing)} of the task move; give "
+            f"motion: nothing says how {choices(missing)} of the task {verb}; give "
             f"motion={{{missing[0]!r}: ...}}"
         )
     return {name: prescribed_motion(name, given[name], duration) for name in rows}

@@ -265,6 +265,28 @@ def test_a_piece_with_a_tube_bends_as_a_mass_at_its_centring() -> None:
     assert row.value == pytest.approx(50.0 / critical, rel=1e-5)
 
 
+def test_a_coupling_piece_weighs_between_beams_what_its_tube_does() -> None:
+    tube = Tube(outer_diameter=0.06, wall=0.003)
+    line = random_centred(1)
+    piece = next(k for k, shaft in enumerate(line.shafts) if shaft.centring is not None)
+    inner = range(1, line.count)
+    own = dataclasses.replace(line.shafts[piece], tube=tube)
+    mass = 7850.0 * np.pi / 4 * (0.06**2 - 0.054**2) * line.geometry.lengths[piece]
+
+    def critical(shaft: Shaft) -> list[float]:
+        shafts = [
+            shaft if k == piece else dataclasses.replace(each, tube=tube) if k in inner else each
+            for k, each in enumerate(line.shafts)
+        ]
+        rows = line.replace(shafts=shafts, speed=50.0).verdict()
+        return [row.value for row in rows if row.rule == "bending_speed"]
+
+    assert 0 < piece - 1 < piece + 1 < line.count  # Beams on both sides.
+    weighed = critical(dataclasses.replace(own, tube=None, mass=float(mass)))
+    assert critical(own) == pytest.approx(weighed, rel=1e-9)
+    assert critical(dataclasses.replace(own, mass=0.0)) != pytest.approx(weighed, rel=1e-5)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

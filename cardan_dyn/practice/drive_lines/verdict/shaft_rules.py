@@ -285,7 +285,8 @@ def _joint_masses(case: Case) -> list[float]:
     result = [joint.cross_mass for joint in line.joints]
     for k in range(line.count - 1, 0, -1):
         if line.shafts[k].centring is not None:
-            result[k - 1 : k + 1] = [sum(result[k - 1 : k + 1]) + (line.shafts[k].mass or 0.0)]
+            piece = line.shafts[k].mass_at(float(line.geometry.lengths[k]))
+            result[k - 1 : k + 1] = [sum(result[k - 1 : k + 1]) + piece]
     return result
 
 
