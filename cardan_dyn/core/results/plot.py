@@ -283,9 +283,9 @@ class MotionPlot(Plot):
             )
         joints = asked if columns else list(self._bearings())
         if not joints:
-            # Where no wrench was asked for, efforts are drawn.
-            known = () if columns else self._table().columns()
-            driven = [name for name in known if name.endswith("drive_effort")]
+            # Where no wrench was asked for, efforts that act are drawn: what is free has none.
+            known = {} if columns else self._table().columns()
+            driven = [key for key in known if key.endswith("drive_effort") and known[key][0].any()]
             shown = columns or driven
             return super().__call__(*shown, x=x, label=label, xlabel=xlabel, **options)
         from ...figures.style import in_look, names, refuse_grid

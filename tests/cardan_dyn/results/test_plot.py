@@ -89,6 +89,17 @@ def test_arrays_of_xarray_tell_their_names_and_units(turn: cd.Sweep) -> None:
     assert axes.lines[0].get_label() == data["drive_effort"].attrs["long_name"]
 
 
+def test_without_wrenches_only_efforts_that_act_are_drawn() -> None:
+    four_bar = cd.load("four_bar")
+    driven = cd.Scene(four_bar, drive="crank_bearing", outputs=()).sweep(POSITIONS, speed=3.0)
+    assert [line.get_label() for line in driven.plot().axes[0].lines] == ["drive_effort"]
+    coasting = cd.Scene(four_bar, free="crank_bearing", outputs=()).simulate(0.1, speed=1.0)
+    # Nothing drives it: what is drawn is no line of zeros.
+    lines = [line for axes in coasting.plot().axes for line in axes.lines]
+    assert lines
+    assert all(np.any(line.get_ydata()) for line in lines)
+
+
 def test_without_a_name_bearings_and_loads_are_drawn(turn: cd.Sweep) -> None:
     effort, torsion, bending = turn.plot().axes
     np.testing.assert_array_equal(effort.get_lines()[0].get_ydata(), turn.drive_effort)
