@@ -9,8 +9,10 @@ from dataclasses import fields
 import numpy as np
 
 from ...core.description.description import TWO_AXES, JointOrLoop, LoopDescription
+from ...core.description.write import angles_of
 from ...core.mechanism.mechanism import Mechanism
 from ...core.results.sweep import Sweep
+from ...core.results.wrench import WITHOUT_AXIS
 from ...kit.arrays import Array
 from ...kit.quantities import amount, number, span
 from ...scene.drives import Drives
@@ -252,7 +254,7 @@ def links_of(item: JointOrLoop) -> tuple[str, str]:
 
 
 def _axes(joint: JointOrLoop) -> str:
-    if joint.type in ("fixed", "spherical", "floating"):
+    if joint.type in WITHOUT_AXIS:
         return ""
     if joint.type in TWO_AXES:
         return f"{_vector(joint.axis)} and {_vector(joint.axis_2)}"
@@ -294,9 +296,5 @@ def _vector(values: Array) -> str:
 
 def _angles(rotation: Array) -> str:
     """Return roll, pitch and yaw of a rotation [°]; nothing where it is none."""
-    if np.allclose(rotation, np.eye(3), rtol=0.0, atol=1e-12):
-        return ""
-    import pinocchio
-
-    angles = np.degrees(pinocchio.rpy.matrixToRpy(rotation))
-    return ", ".join(number(round(float(angle), 6), 6) for angle in angles)
+    angles = np.round(np.degrees(angles_of(rotation)), 6)
+    return _vector(angles) if angles.any() else ""
