@@ -11,14 +11,13 @@ from numpy.typing import ArrayLike
 from ..kit.arrays import NOTHING, Array
 from ..kit.errors import ArgumentError
 from ..kit.periodic import amplitudes
-from .style import Figure, Onto, in_look, line_style, plain, sheet
+from .style import Axes, Figure, Onto, in_look, line_style, plain, sheet
 
-_HATCHES = ("", "///", "...", "xx", "\\\\\\", "++")
+_HATCHES = ("", "///", "", "xx", "", "++")
+"""Of bars beside each other: every other one is white behind its hatch."""
 EVEN = 1e-6
 """By what fraction of the mean step the steps of angles may differ. Rounding is far below; uneven
 steps would appear as amplitudes that the quantity does not have."""
-_BAR_WIDTH = 0.8
-"""Width of all bars of one order together, in orders: the rest keeps the orders apart."""
 LEAST_SHOWN = 1e-6
 """Least amplitude on a logarithmic scale, as a fraction of the greatest: rounding errors would
 stretch the scale over ten more decades."""
@@ -98,21 +97,14 @@ def order_spectrum(
     """
     drawn = sheet(**onto)
     (axes,) = drawn.panels
-    width = _BAR_WIDTH / max(len(values), 1)
-    greatest = 0.0
-    for index, (label, quantity) in enumerate(values.items()):
+    found, greatest = {}, 0.0
+    for label, quantity in values.items():
         orders, sizes = order_amplitudes(position, quantity)
         shown = orders <= highest + NOTHING
+        found[label] = sizes[shown]
         greatest = max(greatest, float(np.max(sizes[shown])))
-        axes.bar(
-            orders[shown] + (index - 0.5 * (len(values) - 1)) * width,
-            sizes[shown],
-            width,
-            label=plain(label),
-            color="white" if index % 2 else line_style(index)["color"],
-            edgecolor=line_style(index)["color"],
-            hatch=_HATCHES[index % len(_HATCHES)] if index % 2 else "",
-        )
+        at = orders[shown]
+    draw_bars(axes, at, found)
     axes.set_xlabel("order: swings per revolution of the input [–]")
     axes.set_ylabel(f"amplitude [{unit}]")
     axes.set_xticks(range(highest + 1))
@@ -123,3 +115,26 @@ def order_spectrum(
     if not greatest:
         axes.set_ylim(0.0, 1.0)
     return drawn.finish(columns=3, note=note)
+
+
+def draw_bars(axes: Axes, orders: ArrayLike, sizes: Mapping[str, Array]) -> None:
+    """Draw amplitudes as bars, those of one order beside each other.
+
+    Args:
+        axes: to draw on.
+        orders: `(K,)`.
+        sizes: label to amplitudes `(K,)`.
+    """
+    # The rest keeps the orders apart.
+    width = 0.8 / max(len(sizes), 1)
+    for index, (label, heights) in enumerate(sizes.items()):
+        color, hatch = line_style(index)["color"], _HATCHES[index % len(_HATCHES)]
+        axes.bar(
+            np.asarray(orders) + (index - 0.5 * (len(sizes) - 1)) * width,
+            heights,
+            width,
+            label=plain(label),
+            color="white" if hatch else color,
+            edgecolor=color,
+            hatch=hatch,
+        )

@@ -9,17 +9,13 @@ from typing import Any
 import numpy as np
 
 from ...drive_lines import Analysis
-from ...figures.style import Abscissa, Axes, Figure, Sheet, in_look, line_style, plain, sheet
+from ...figures.orders import draw_bars
+from ...figures.style import Abscissa, Axes, Figure, Sheet, in_look, sheet
 from ...kit.arrays import NOTHING, Array
 from ...kit.periodic import amplitudes
 from ..drive_lines.drawing import LINE_PITCH, SMALL, WIDTH
 from ..drive_lines.wording import Wording
 from .page import HIGHEST
-
-_PANEL = 2.35
-"""Height of axes [inch]."""
-_LETTERS = 20
-"""Of a name in one line of a legend."""
 
 
 @in_look
@@ -83,11 +79,7 @@ def orders(analysis: Analysis, wording: Wording) -> Figure:
     ]
     drawn = _sheet(panels)
     for panel, (label, names, values) in zip(drawn.panels, panels, strict=True):
-        width = 0.8 / max(len(names), 1)
-        for index, name in enumerate(names):
-            places = np.array(shown) + (index - (len(names) - 1) / 2.0) * width
-            color = line_style(index)["color"]
-            panel.bar(places, values[:, index], width, color=color, label=_wrapped(plain(name)))
+        draw_bars(panel, shown, dict(zip(map(_wrapped, names), values.T, strict=True)))
         _finish(panel, label, values, wording)
     drawn.panels[-1].set_xticks(shown)
     drawn.panels[-1].set_xlabel(wording("order of the input shaft's rotation"))
@@ -107,14 +99,15 @@ def _over_turn(
 
 
 def _wrapped(name: str) -> str:
-    return "\n".join(textwrap.wrap(name, _LETTERS) or [name])
+    # Beside the axes is room for so many letters.
+    return "\n".join(textwrap.wrap(name, 20) or [name])
 
 
 def _sheet(panels: Sequence[tuple[str, Sequence[str], Array]]) -> Sheet:
     """Return axes so high that the legend beside each has room."""
     # Half a line is between two names.
     lines = max(sum(_wrapped(name).count("\n") + 1.5 for name in of) for _, of, _ in panels)
-    height = max(_PANEL, LINE_PITCH * lines * SMALL / 72.0 + 0.2)
+    height = max(2.35, LINE_PITCH * lines * SMALL / 72.0 + 0.2)
     return sheet(len(panels), size=(WIDTH, len(panels) * height), share_x=True)
 
 

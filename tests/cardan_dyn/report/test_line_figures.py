@@ -60,6 +60,23 @@ def test_orders_of_forces_are_the_greatest_lengths_of_their_vectors() -> None:
     assert angle == pytest.approx(expected, abs=1e-12)
 
 
+def test_bars_beside_each_other_differ_in_black_and_white() -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
+    error = np.radians(np.sin(2.0 * turn))
+    analysis = SimpleNamespace(
+        position=turn,
+        shafts=("input", "first", "second"),
+        bearings=("B1",),
+        angle_error=np.stack([0.0 * error, error, 2.0 * error], axis=1),
+        total=SimpleNamespace(bearing_force=np.ones((36, 1, 3))),
+    )
+    first, second = np.split(np.array(line_figures.orders(analysis, WORDS).axes[0].patches), 2)
+    assert [bar.get_hatch() for bar in (first[2], second[2])] == ["", "///"]
+    # They stand clear of each other, and of those of the next order.
+    assert first[2].get_x() + first[2].get_width() == pytest.approx(second[2].get_x())
+    assert second[2].get_x() + second[2].get_width() < first[3].get_x()
+
+
 def test_forks_that_can_be_built() -> None:
     """Each row is what the motion and the forces of the line with these forks have over a turn."""
     line = double_shaft((0.0, 0.1, 0.3), (0.0, 0.0, -0.15), fork_offset=np.radians(30.0))
