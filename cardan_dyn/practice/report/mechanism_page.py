@@ -14,18 +14,20 @@ import numpy as np
 from ..._version import __version__
 from ...core.elements.link_loads import Wrench
 from ...core.results.sweep import Sweep
-from ...figures.style import axes_grid, line_style, require_matplotlib
+from ...figures.orders import draw_bars
+from ...figures.style import axes_grid, require_matplotlib
 from ...figures.wrenches import QUANTITIES
 from ...kit.arrays import NOTHING
 from ...kit.errors import ArgumentError, CardanError
 from ...kit.quantities import amount, number
 from ...scene.mechanism_report import MechanismReport
+from ..viewer.bodies import Bodies
 from ..viewer.picture import picture
 from ..viewer.viewing import view
 from . import page
 from .cases import Cases
 from .courses import courses
-from .described import described, drives_grid, elements_of, links_of, mobility_grids, remarks_of
+from .described import described, drives_grid, elements_of, mobility_grids, remarks_of
 from .extremes import RIGHT, counted, places_of, quantities_of
 from .findings import Findings, between, gravity_of, sentence, way_of
 from .grids import Grid, Row, stem_of
@@ -295,7 +297,9 @@ def _figures(report: Findings, sweep: Sweep, with_scene: bool) -> dict[str, Any]
     for item in report.extremes:
         if item.acts and item.quantity in QUANTITIES:
             acting.setdefault(item.owner, set()).add(item.quantity)
-    joints = [name for name in bearings(sweep) if name in acting] or list(acting)
+    # What turns in what stands still comes first.
+    on_ground = Bodies(sweep, np.arange(len(sweep)), visuals=False).on_ground()
+    joints = [name for name in acting if name in on_ground] or list(acting)
 
     def carrying(quantity: str) -> list[str]:
         return [name for name in joints if quantity in acting[name]][: page.BESIDE]
@@ -332,7 +336,7 @@ def _orders(report: Findings) -> dict[str, Any]:
     header = ("of", "quantity", "unit", *(f"order {order}" for order in every))
     name, quantity, unit, *sizes = next((row for row in rows if row[1] == "drive effort"), rows[0])
     figure, axes = axes_grid(size=(7.2, 3.4))
-    axes.bar(every[1:], sizes[1:], 0.6, color=line_style(0)["color"])
+    draw_bars(axes, every[1:], {name: np.array(sizes[1:])})
     axes.set_xlabel("order: swings per revolution of the drive [–]")
     axes.set_ylabel(f"amplitude [{unit}]")
     axes.set_xticks(every[1:])
@@ -348,22 +352,3 @@ def _orders(report: Findings) -> dict[str, Any]:
             f"Orders of {name}, {quantity}, about a mean of {amount(sizes[0], unit)}.",
         ),
     }
-
-
-def bearings(sweep: Sweep) -> list[str]:
-    """Return the joints between what stands still over a sweep and what moves."""
-    mechanism = sweep.mechanism
-    ends = {item.name: links_of(item) for item in mechanism.description.joints_and_loops}
-    carrier = {joint.child: joint for joint in mechanism.description.joints}
-
-    def stands(link: str) -> bool:
-        while link in carrier and carrier[link].type == "fixed":
-            link = carrier[link].parent
-        if link not in carrier:
-            return True
-        name = carrier[link].name
-        spread = [np.ptp(part, axis=0).max() for part in (sweep.rotation(name), sweep.origin(name))]
-        return bool(max(spread) < NOTHING * (1.0 + mechanism.characteristic_length))
-
-    known = {link: stands(link) for link in {link for pair in ends.values() for link in pair}}
-    return [name for name in sweep.outputs if known[ends[name][0]] != known[ends[name][1]]]

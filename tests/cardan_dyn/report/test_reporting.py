@@ -21,8 +21,8 @@ import cardan_dyn as cd
 from cardan_dyn.kit.quantities import amount
 from cardan_dyn.practice.report.case import case_of
 from cardan_dyn.practice.report.grids import Grid, place
-from cardan_dyn.practice.report.mechanism_page import bearings
 from cardan_dyn.practice.report.reporting import Report
+from cardan_dyn.practice.viewer.bodies import Bodies
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 
@@ -254,7 +254,8 @@ def test_fingerprint_is_that_of_the_file() -> None:
 def test_bearings_are_between_what_stands_and_what_moves() -> None:
     report = Report(cd.load("universal_joint"))
     assert report.sweep is not None
-    assert bearings(report.sweep) == ["bearing_in", "bearing_out"]
+    bodies = Bodies(report.sweep, np.arange(len(report.sweep)), visuals=False)
+    assert bodies.on_ground() == {"bearing_in", "bearing_out"}
 
 
 def test_grid_keeps_all_digits() -> None:
