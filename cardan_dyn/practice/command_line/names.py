@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 
 import click
@@ -55,15 +54,6 @@ def joints(source: str) -> list[str]:
         return []
 
 
-@cache
-def limits() -> list[str]:
-    """Return the names of the limits of verdicts, from the source that lists them."""
-    case = _PACKAGE / "practice" / "drive_lines" / "verdict" / "case.py"
-    # Those of the verdict's own and those that the caller alone can give.
-    _, _, told = case.read_text(encoding="utf-8").partition("_BY_APPLICATION")
-    return sorted(set(re.findall(r'"(\w\w+)"[,)}]', told.partition("_OTHER")[0])))
-
-
 def complete_source(of: Callable[[], dict[str, Path]]) -> Completer:
     """Return what completes names of bundled files, and paths."""
 
@@ -85,10 +75,3 @@ def complete_joint(
     words = [ctx.params.get("source"), *os.environ.get("COMP_WORDS", "").split()[2:]]
     found = next((names for word in words if word and (names := joints(word))), [])
     return [CompletionItem(f"{name}{ends}") for name in found if name.startswith(incomplete)]
-
-
-def complete_limit(
-    ctx: click.Context, param: click.Parameter, incomplete: str
-) -> list[CompletionItem]:
-    """Complete names of limits."""
-    return [CompletionItem(f"{name}=") for name in limits() if name.startswith(incomplete)]

@@ -133,16 +133,13 @@ def repeated(flag: str, name: str, metavar: str | None, text: str, **more: Any) 
         text: of the help, without a full stop.
         more: of `click.option`.
     """
-    complete = {"JOINT": names.complete_joint, "NAME": names.complete_limit}.get(
-        (metavar or "").partition("=")[0].strip("[]")
-    )
     return click.option(
         flag,
         name,
         multiple=True,
         metavar=metavar,
         help=f"{text}; may be repeated.",
-        shell_complete=complete,
+        shell_complete=names.complete_joint if "JOINT" in (metavar or "") else None,
         **more,
     )
 

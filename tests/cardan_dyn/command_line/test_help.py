@@ -9,8 +9,7 @@ from pathlib import Path
 
 import cardan_dyn as cd
 from cardan_dyn.practice.command_line import main
-from cardan_dyn.practice.command_line.names import about, joints, limits, lines, mechanisms
-from cardan_dyn.practice.drive_lines.verdict.case import KNOWN
+from cardan_dyn.practice.command_line.names import about, joints, lines, mechanisms
 
 SCRIPT = """
 import contextlib, io, json, os, sys
@@ -38,7 +37,6 @@ COMPLETED = {
     "cardan-dyn sweep four_bar --drive rocker": "rocker_pin",
     "cardan-dyn vibration thoma_rig --drive bear": "bearing_in",
     "cardan-dyn simulate needle_drive --held need": "needle_guide=",
-    "cardan-dyn driveline truck --limit resid": "residual_angle=",
 }
 
 
@@ -101,10 +99,6 @@ def test_joints_of_other_files_are_completed_in_all_notations(tmp_path: Path) ->
     assert joints(str(tmp_path)) == joints("nothing") == []
     for name in mechanisms():
         assert set(cd.load(name).joint_names) <= set(joints(name))
-
-
-def test_limits_that_are_completed_are_those_that_there_are() -> None:
-    assert set(limits()) == set(KNOWN)
 
 
 def test_head_lines_of_bundled_files_say_what_they_are() -> None:
