@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kit.arrays import NOTHING, Array
-from ..kit.checks import described, file_path, writing
+from ..kit.checks import described, file_path, positive, writing
 from ..kit.checks import names as checked_names
 from ..kit.errors import ArgumentError, MissingExtraError
 from ..kit.quantities import unit_of
@@ -264,15 +264,12 @@ def sheet(
 def _size(figsize: Size) -> Size:
     """Return a size of a figure that is one."""
     try:
-        width, height = np.asarray(figsize, dtype=float).tolist()
-        known = 0.0 < width < np.inf and 0.0 < height < np.inf
-    except (TypeError, ValueError):
-        known = False
-    if not known:
+        width, height = (positive("figsize", length) for length in figsize)
+    except (TypeError, ValueError) as error:
         raise ArgumentError(
             f"figsize is {described(figsize)}, expected width and height in inches, as in "
             "figsize=(7.2, 4.8)"
-        )
+        ) from error
     return width, height
 
 

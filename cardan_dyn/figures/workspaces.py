@@ -8,9 +8,6 @@ from typing import Unpack
 from ..kit.arrays import Array
 from .style import Figure, Onto, in_look, line_style, plain, sheet
 
-_FEW = 3
-"""Columns of panels at most."""
-
 
 @in_look
 def regions(
@@ -32,7 +29,7 @@ def regions(
     Raises:
         ArgumentError: other axes than are needed.
     """
-    columns = min(len(panels), _FEW)
+    columns = min(len(panels), 3)
     rows = -(-len(panels) // columns)
     size = max(7.2, 1.2 + 4.2 * columns), 1.4 + 3.9 * rows
     drawn = sheet(rows, columns, count=len(panels), size=size, **onto)
