@@ -14,7 +14,7 @@ from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.elements.link_loads import Wrench
 from ...core.results.lost_digits import lost_part
 from ...core.results.sweep import Sweep, coupling_unit
-from ...figures.wrenches import QUANTITIES, determined, values_of
+from ...figures.wrenches import PARTS, QUANTITIES, determined, values_of
 from ...kit.arrays import BLOCK_SIZE, EPS, NOTHING, ROUNDED, Array
 from ...kit.errors import CardanError, ModelError
 from ...kit.quantities import amount, span
@@ -24,13 +24,8 @@ from .panels import DEGREE, MOST, Known, Tolerance, greatest
 
 RIGHT = 1e-6
 """Error of an extreme, as a part of the size of its quantity, above which it is in doubt."""
-_WITH_AXIS = ("force", "axial", "shear", "torsion", "bending")
-_WITHOUT = ("force", "moment")
-"""Quantities of joints with an axis, and of others."""
 SIZES = ("force", "shear", "moment", "bending")
 """Those that are sizes, whose squares are smooth where they vanish."""
-_MOST_PLACES = 8
-"""Positions at which an extreme is said to occur, at most."""
 
 
 class Extreme(NamedTuple):
@@ -294,7 +289,8 @@ def quantities_of(sweep: Sweep) -> Iterator[Quantity]:
             continue
         # The axis of a universal joint is that of its cross, along which nothing is sized.
         is_cross = sweep.mechanism.joint(joint).type == "universal"
-        for name in _WITH_AXIS if wrench.has_axis and not is_cross else _WITHOUT:
+        along_and_across = ("force", *PARTS["force"], *PARTS["moment"])
+        for name in along_and_across if wrench.has_axis and not is_cross else PARTS:
             yield Quantity(joint, name, QUANTITIES[name], determined(wrench, name))
     units = {name: item.effort_unit for name, item in sweep.mechanism.drivable.items()}
     try:
@@ -536,4 +532,5 @@ def _places(at: Array, values: Array, is_turn: bool) -> tuple[float, Array]:
         found.append(int(own[equal.argmax()]))
     if is_turn and len(found) > 1 and starts[0] == 0 and ends[-1] == len(at):
         found.pop()
-    return top, at[found[:_MOST_PLACES]]
+    # More of them tell nobody where to look.
+    return top, at[found[:8]]

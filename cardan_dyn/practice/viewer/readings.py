@@ -16,7 +16,7 @@ from ...core.mechanism.mechanism import Mechanism
 from ...core.results.left_open import named_components
 from ...core.results.limits import efforts
 from ...core.results.sweep import Sweep
-from ...figures.wrenches import QUANTITIES, determined, together, values_of
+from ...figures.wrenches import PARTS, QUANTITIES, UNITS, determined, values_of, whole_of
 from ...kit.arrays import NOTHING, Array
 from ...kit.quantities import amount
 from .commands import STEADY, Arrays, node_name
@@ -31,10 +31,6 @@ _EFFORTS = {
     "holding": ("#6d4c41", "effort that holds it"),
 }
 """Colours and meanings of efforts."""
-_WITH_AXIS = ("torsion", "bending", "axial", "shear", "force")
-_WITHOUT = ("moment", "force")
-"""Quantities that are told of joints with an axis, and of others: first those that arrows show, as
-curves that cover each other have the colour of the first one."""
 
 
 class Course(NamedTuple):
@@ -97,20 +93,17 @@ def course(sweep: Sweep | Still, samples: Array, *, timed: bool) -> Course:
     """
     if isinstance(sweep, Still) or len(samples) < 2:
         return Course("", "", None, None)
-    if timed:
-        time = np.broadcast_to(sweep.time, sweep.shape)[samples]
-        return Course("time", "s", time, time - time[0])
+    time = np.broadcast_to(sweep.time, sweep.shape)[samples]
     positions, speeds = (
         np.reshape(values, (len(sweep), -1))[samples] for values in (sweep.position, sweep.speed)
     )
-    for column, name in enumerate(sweep.coordinates):
+    for column, name in enumerate(() if timed else sweep.coordinates):
         position = positions[:, column]
         steps = np.diff(position)
         if np.all(steps > 0.0) or np.all(steps < 0.0):
             unit, factor = _scale(sweep.mechanism, name)
             return Course(name, unit, factor * position, _passed(steps, speeds[:, column]))
-    time = np.broadcast_to(sweep.time, sweep.shape)[samples]
-    if np.all(np.diff(time) > 0.0):
+    if timed or np.all(np.diff(time) > 0.0):
         return Course("time", "s", time, time - time[0])
     share = np.linspace(0.0, 1.0, len(samples))
     if np.max(np.abs(positions[-1] - positions[0])) < STEADY:
@@ -155,10 +148,7 @@ class _Teller:
             if item.is_child
         }
         wrenches = [sweep[name] for name in sweep.outputs]
-        force = max((greatest(item.force) for item in wrenches), default=0.0)
-        moment = max((greatest(item.moment) for item in wrenches), default=0.0)
-        length = self._mechanism.characteristic_length
-        self._greatest = together(force, moment, length)
+        self._greatest = whole_of(wrenches, self._mechanism.characteristic_length)
 
     def state(self) -> list[dict[str, Any]]:
         """Return what drives, holds and loads the mechanism: name, and value or values.
@@ -243,7 +233,8 @@ class _Teller:
             if not np.all(wrench.unique):
                 opened = named_components(~wrench.unique)
                 told["open"] = f"Not unique: {opened}, {self._sweep.left_open.why(name)}."
-            names = _WITH_AXIS if wrench.has_axis else _WITHOUT
+            # First what arrows show: curves that cover each other have the colour of the first.
+            names = (*UNITS, "force") if wrench.has_axis else reversed(PARTS)
             parts = [
                 (name, QUANTITIES[name], values_of(wrench, name), determined(wrench, name))
                 for name in names

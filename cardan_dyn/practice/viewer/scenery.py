@@ -12,7 +12,7 @@ from ...core.mechanism.joints import Joint
 from ...core.results.limits import efforts
 from ...core.results.sweep import Sweep
 from ...core.results.wrench import WITHOUT_AXIS
-from ...figures.wrenches import PARTS, together
+from ...figures.wrenches import PARTS, whole_of
 from ...kit.arrays import NOTHING, Array
 from ...kit.errors import ArgumentError
 from . import shapes as forms
@@ -250,10 +250,8 @@ class _Builder:
 
     def _scale_of(self, kind: str, unit: str, vectors: list[Vectors]) -> Scale | None:
         """Return how long arrows of forces or moments are; None where these are rounding."""
-        force = max((greatest(item.force) for item in vectors), default=0.0)
-        moment = max((greatest(item.moment) for item in vectors), default=0.0)
-        most = force if kind == "force" else moment
-        if not most > NOTHING * together(force, moment, self._radius)[unit]:
+        most = max((greatest(getattr(item, kind)) for item in vectors), default=0.0)
+        if not most > NOTHING * whole_of(vectors, self._radius)[unit]:
             return None
         longest = legible(getattr(item, kind) for item in vectors)
         cut = longest if longest < most else None
