@@ -77,7 +77,7 @@ def run(
     if file is not None:
         export(turning(report, wording), file, aside=as_json)
     if watch:
-        serve(turning(report), open_browser)
+        serve(turning(report, wording), open_browser)
     if check and not report.verdict.passed:
         raise SystemExit(MISSED if report.verdict.failed else OPEN)
 

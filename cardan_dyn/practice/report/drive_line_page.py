@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,13 +12,13 @@ from ... import figures
 from ...drive_lines import Analysis, DriveLine, Phasing, TitleBlock, Verdict
 from ...figures.style import Figure, require_matplotlib
 from ..drive_lines.drawing import arrangement
-from ..drive_lines.line.files import units_of
 from ..drive_lines.line.supports import supports
 from ..drive_lines.wording import Wording
 from ..viewer.viewing import View, view
 from . import line_figures as drawn
 from . import line_tables as tables
 from . import page
+from .grids import stem_of
 
 
 @dataclass(frozen=True)
@@ -50,16 +49,15 @@ class LineReport:
             return None
         return tables.built_listing(self.phasing, self.torque, wording)
 
-    def drawn(self, wording: Wording | None = None) -> list[tuple[str, str, Figure]]:
+    def drawn(self, wording: Wording) -> list[tuple[str, str, Figure]]:
         """Return names, captions and figures.
 
         Args:
-            wording: language and units; English, and the units of most data, unless given.
+            wording: language and units.
 
         Raises:
             MissingExtraError: matplotlib is not installed.
         """
-        wording = wording or Wording(units=units_of(self.line))
         analysis = self.analysis
         alone = " " + wording("Splines do not slide; without service factor and weight.")
         at = {
@@ -102,12 +100,12 @@ class LineReport:
         return found
 
 
-def scene(report: LineReport, wording: Wording | None = None) -> View:
+def scene(report: LineReport, wording: Wording) -> View:
     """Return the turning scene of a line.
 
     Args:
         report: on the line.
-        wording: of its title and its quantities; English, and the units of most data, unless given.
+        wording: of its title and its quantities.
 
     Raises:
         MissingExtraError: meshcat is not installed.
@@ -119,7 +117,6 @@ def scene(report: LineReport, wording: Wording | None = None) -> View:
     sweep = built.sweep(np.linspace(0.0, 2.0 * np.pi, page.FRAMES))
     bearings = {"bearing_in", "bearing_out", *(item.joint for item in supports(line).bearings)}
     shown = [name for name in sweep.outputs if name in bearings]
-    wording = wording or Wording(units=units_of(line))
     title = f"{line.name}, {wording.quantity(torque, 'torque')}"
     return view(sweep, joints=shown, frames=page.FRAMES, title=title, units=wording.instead)
 
@@ -154,7 +151,6 @@ def write(
         title=wording("Drive line {name}", name=line.name),
         title_block=title_rows(line.report or TitleBlock(), wording),
         language=language,
-        page_word=wording("Page"),
         _=wording,
         line=line,
         verdict=verdict,
@@ -220,13 +216,13 @@ def outcome(verdict: Verdict, wording: Wording) -> str:
     return f"{told}, {wording(rows, count=str(count))}"
 
 
-def save_figures(report: LineReport, directory: Path, wording: Wording | None = None) -> list[Path]:
+def save_figures(report: LineReport, directory: Path, wording: Wording) -> list[Path]:
     """Write all figures of a line as SVG and PNG into a directory, and return their paths.
 
     Args:
         report: on the line.
         directory: that they are written to.
-        wording: see `LineReport.drawn`.
+        wording: language and units.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -234,8 +230,7 @@ def save_figures(report: LineReport, directory: Path, wording: Wording | None = 
     """
     paths: list[Path] = []
     for name, _, figure in report.drawn(wording):
-        stem = re.sub(r"\W+", "_", f"{report.line.name}_{name}")
-        paths += figures.save(figure, directory / stem)
+        paths += figures.save(figure, directory / stem_of(f"{report.line.name}_{name}"))
     return paths
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import csv
 import io
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -93,4 +94,4 @@ def way(low: float, high: float, slides: bool, words: str = " … ") -> str:
 
 def stem_of(name: str) -> str:
     """Return a name as part of the names of files."""
-    return "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)
+    return re.sub(r"[^\w-]+", "_", name)

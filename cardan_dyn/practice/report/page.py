@@ -9,7 +9,6 @@ import base64
 import io
 import os
 import re
-from collections.abc import Iterable
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from typing import Any
 from ..._version import __version__
 from ...figures.style import LOOK, Figure
 from ...kit.checks import writing
-from ...kit.errors import MissingExtraError
+from ..viewer.viewing import templates
 
 _BREAKS = re.compile(r"(?<=_)(?=.)|(?<=[a-z][.:])(?=[A-Za-z])|(?<=[a-z])(?=[A-Z][a-z])")
 """Between the words of a name."""
@@ -39,50 +38,26 @@ def template(name: str) -> Any:
     Raises:
         MissingExtraError: Jinja is not installed.
     """
-    try:
-        from jinja2 import Environment, PackageLoader
-    except ImportError as error:
-        raise MissingExtraError(
-            'the report page needs Jinja: pip install "cardan-dyn[viz]"'
-        ) from error
-    environment = Environment(loader=PackageLoader("cardan_dyn.practice.report"), autoescape=True)
+    environment = templates("report")
     environment.filters |= {"css_text": css_text, "soft": soft}
     return environment.get_template(name)
 
 
-def write(
-    path: Path,
-    name: str,
-    *,
-    title: str,
-    title_block: Iterable[tuple[str, str]],
-    language: str = "en",
-    page_word: str = "Page",
-    **content: Any,
-) -> Path:
+def write(path: Path, name: str, **content: Any) -> Path:
     """Write a page.
 
     Args:
         path: of the HTML file; its directory is made if it does not exist.
         name: of a template.
-        title: of the page.
-        title_block: names and values at its head, where the template has one.
-        language: of the page, a tag as HTML has it.
-        page_word: "page" in this language, for the foot of each sheet.
-        content: what the template takes besides.
+        content: what it takes: the `title` of the page; where it extends `base.html`, names and
+            values at its head as `title_block`; in another language than English the `language`, a
+            tag as HTML has it, and the `Wording` as `_`.
 
     Raises:
         MissingExtraError: Jinja is not installed.
         ArgumentError: it cannot be written.
     """
-    text = template(name).render(
-        version=__version__,
-        title=title,
-        title_block=list(title_block),
-        language=language,
-        page_word=page_word,
-        **content,
-    )
+    text = template(name).render(version=__version__, **content)
     with writing(path) as part:
         path.parent.mkdir(parents=True, exist_ok=True)
         part.write_text(text, encoding="utf-8")

@@ -80,7 +80,6 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
         directory / "index.html",
         "report.html",
         title="cardan_dyn: comparison with Thoma and Grossmann",
-        title_block=(),
         betas=BETAS_DEG,
         rows=comparisons,
         passed=comparisons.passed,

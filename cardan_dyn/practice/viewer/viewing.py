@@ -12,7 +12,6 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Mapping, Sequence
-from functools import cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -288,17 +287,21 @@ def render(scenery: Scenery, title: str, told: dict[str, Any], arrays: Arrays) -
     }
     # A "</script>" in a name would end the element that contains the text.
     text = json.dumps(data, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
-    return str(_template().render(title=title, script=meshcat(), data=text, arrays=arrays.base64()))
+    page = templates("viewer").get_template("scene.html")
+    return str(page.render(title=title, script=meshcat(), data=text, arrays=arrays.base64()))
 
 
-@cache
-def _template() -> Any:
+def templates(room: str) -> Any:
+    """Return the templates of the pages that a room of `practice` writes.
+
+    Raises:
+        MissingExtraError: Jinja is not installed.
+    """
     try:
         from jinja2 import Environment, PackageLoader
     except ImportError as error:
-        raise MissingExtraError('the viewer needs Jinja: pip install "cardan-dyn[viz]"') from error
-    environment = Environment(loader=PackageLoader("cardan_dyn.practice.viewer"), autoescape=True)
-    return environment.get_template("scene.html")
+        raise MissingExtraError('pages need Jinja: pip install "cardan-dyn[viz]"') from error
+    return Environment(loader=PackageLoader(f"cardan_dyn.practice.{room}"), autoescape=True)
 
 
 class Server:

@@ -407,7 +407,7 @@ def test_scene_tells_quantities_as_the_page_does(
 @pytest.mark.slow
 def test_figures_are_saved(tmp_path: Path) -> None:
     plain = reported(double_shaft((0.0, 0.1, 0.0)))
-    paths = page.save_figures(plain, tmp_path / "figures")
+    paths = page.save_figures(plain, tmp_path / "figures", Wording())
     names = ("arrangement", "motion", "forces", "orders")
     assert [path.name for path in paths] == [
         f"drive_line_{name}.{kind}" for name in names for kind in ("svg", "png")
@@ -486,7 +486,7 @@ def test_says_of_what_the_forces_over_a_turn_are(
 
 
 def test_figures_of_forces_say_what_they_leave_out(report: page.LineReport) -> None:
-    captions = {name: caption for name, caption, _ in report.drawn()}
+    captions = {name: caption for name, caption, _ in report.drawn(Wording())}
     for name in ("forces", "orders"):
         assert "Splines do not slide; without service factor and weight." in captions[name]
 
