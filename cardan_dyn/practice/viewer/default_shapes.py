@@ -223,7 +223,7 @@ class Body:
     ) -> None:
         self._all, self._crosses = attachments, crosses
         self._travel, self._rod = travel, rod
-        self._points = np.array([node[0].point for node in nodes_of(attachments, rod)])
+        self._points = nodes_of(attachments, rod)
         self._centre = centre
 
     def parts(self) -> Pieces:
@@ -489,17 +489,13 @@ def sleeve_on(attachments: Sequence[Attachment], rod: float) -> Attachment | Non
     return turning[0] if on_axis else None
 
 
-def nodes_of(attachments: Sequence[Attachment], rod: float) -> list[list[Attachment]]:
-    """Return attachments that share a point, by point."""
-    nodes: list[list[Attachment]] = []
+def nodes_of(attachments: Sequence[Attachment], rod: float) -> Array:
+    """Return the points `(n, 3)` of attachments, one that several share once."""
+    nodes: list[Array] = []
     for item in attachments:
-        for node in nodes:
-            if np.linalg.norm(node[0].point - item.point) < rod:
-                node.append(item)
-                break
-        else:
-            nodes.append([item])
-    return nodes
+        if all(np.linalg.norm(node - item.point) >= rod for node in nodes):
+            nodes.append(item.point)
+    return np.array(nodes)
 
 
 def rod_between(start: Array, end: Array, radius: float) -> Surface:

@@ -15,8 +15,6 @@ _EYE = np.array([0.55, -0.7, 0.45])
 """Towards the eye where a mechanism is not flat: from the front, the right and above."""
 _SHADE = 0.45
 """Share of its colour that a surface loses which is seen from the side."""
-_MOST_NAMES = 12
-"""Joints up to which their names are written."""
 _LINE, _WORD = 0.04, 0.16
 """Height and width that a name takes of a drawing's extent."""
 
@@ -29,7 +27,7 @@ def picture(sweep: Sweep, sample: int = 0) -> Figure:
         ArgumentError: the sweep has several dimensions, or its outputs leave nothing to draw.
     """
     refuse_grid(sweep)
-    named = len(sweep.outputs) <= _MOST_NAMES
+    named = len(sweep.outputs) <= 12  # More names would cover the drawing.
     parts = Parts(True, False, False, False, False, named, True, True)
     scenery = build(sweep, sweep.outputs, parts, np.array([sample]))
     right, up, eye = _axes_of_view(scenery.normal)

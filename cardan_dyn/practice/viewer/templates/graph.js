@@ -1,7 +1,7 @@
 // Graphs: what the chosen joint carries over the course, with a cursor at what the scene shows.
 
 const DASHES = ["none", "7 3", "3 3", "10 3 2 3"];
-const HIGH = 118, LEFT = 46, RIGHT = 8, TOP = 8, BOTTOM = 20, MOST_POINTS = 500;
+const HIGH = 118, LEFT = 46, RIGHT = 8, TOP = 8, BOTTOM = 20;
 let graphs = [], rows = [];
 
 // Round ticks in a range, about so many.
@@ -104,23 +104,14 @@ function graphOf(joint, { scale, unit }, drawn) {
   return svg;
 }
 
-// The least and the greatest value of each stretch, so that no peak is lost.
+// All samples that are shown, so that no peak is lost.
 function curveOf(values, x, y) {
-  const points = [], stretch = Math.max(1, Math.ceil(2 * values.length / MOST_POINTS));
-  for (let start = 0; start < values.length; start += stretch) {
-    let least = start, most = start;
-    const end = Math.min(start + stretch, values.length);
-    for (let index = start; index < end; index++) {
-      if (values[index] < values[least]) least = index;
-      if (values[index] > values[most]) most = index;
+  const points = [];
+  values.forEach((value, index) => {
+    if (Number.isFinite(value)) {
+      points.push(`${x(course.values[index]).toFixed(1)} ${y(value).toFixed(1)}`);
     }
-    const kept = new Set([start, Math.min(least, most), Math.max(least, most), end - 1]);
-    for (const index of [...kept].sort((a, b) => a - b)) {
-      if (Number.isFinite(values[index])) {
-        points.push(`${x(course.values[index]).toFixed(1)} ${y(values[index]).toFixed(1)}`);
-      }
-    }
-  }
+  });
   return points.length ? "M" + points.join("L") : "";
 }
 
