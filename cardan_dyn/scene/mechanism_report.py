@@ -39,6 +39,13 @@ class LoopReport:
         """Number of rows that are redundant whatever other loops are."""
         return 6 - self.rank
 
+    @property
+    def leaves_open(self) -> str:
+        """What the redundant rows leave open, in one line."""
+        if self.indeterminate is None:
+            return "not examined"
+        return "; ".join(f"{joint}: {what}" for joint, what in self.indeterminate.items())
+
 
 @dataclass(frozen=True)
 class ComponentReport:
@@ -194,7 +201,7 @@ class MechanismReport:
         )
         header = ("loop", "type", "rank of 6", "redundant", "leaves open")
         rows = [
-            (loop.name, loop.type, loop.rank, loop.redundant, _listed_components(loop))
+            (loop.name, loop.type, loop.rank, loop.redundant, loop.leaves_open)
             for loop in self.loops
         ]
         loops = table(header, rows) if rows else ""
@@ -216,6 +223,21 @@ class MechanismReport:
             if component.self_stresses > sum(redundant[name] for name in component.loops)
         ]
 
+    @property
+    def mobility_remarks(self) -> list[str]:
+        """What is to be said about the mobility: idle rods, and singular configurations."""
+        remarks = []
+        if self.idle_rods:
+            rods = _told("idle rod", [" – ".join(rod) for rod in self.idle_rods], "at ")
+            it = "it" if len(self.idle_rods) == 1 else "each"
+            remarks.append(f"{rods}: {it} may spin about its line and needs no drive")
+        return remarks + [
+            f"{self.place} is a singular configuration of {component.names}: only "
+            f"{component.rank_at_zero} of {component.rank} equations are independent there"
+            for component in self.components
+            if component.is_singular_at_zero
+        ]
+
     def _remarks(self) -> list[str]:
         """Return what else there is to say: of drives, components, singular zeros, warnings."""
         several = len(self.components) > 1
@@ -230,16 +252,7 @@ class MechanismReport:
             f"{_told('component', names)}{text}{' each' * (len(names) > 1)}"
             for text, names in alike.items()
         ]
-        if self.idle_rods:
-            rods = _told("idle rod", [" – ".join(rod) for rod in self.idle_rods], "at ")
-            it = "it" if len(self.idle_rods) == 1 else "each"
-            remarks.append(f"{rods}: {it} may spin about its line and needs no drive")
-        remarks += [
-            f"{self.place} is a singular configuration of {component.names}: only "
-            f"{component.rank_at_zero} of {component.rank} equations are independent there"
-            for component in self.components
-            if component.is_singular_at_zero
-        ]
+        remarks += self.mobility_remarks
         remarks += [f"leaves open: {told}; {REMEDY}" for told in self.silent]
         return remarks + [f"warning: {warning}" for warning in self.warnings]
 
@@ -264,10 +277,3 @@ def _told(word: str, names: Sequence[str], lead: str = "") -> str:
     if len(names) == 1:
         return f"{word} {lead}{names[0]}"
     return f"{len(names)} {word}s {lead}{choices(names, most=4)}"
-
-
-def _listed_components(loop: LoopReport) -> str:
-    """Return what the redundant rows of a loop leave open, in one line."""
-    if loop.indeterminate is None:
-        return "not examined"
-    return "; ".join(f"{joint}: {components}" for joint, components in loop.indeterminate.items())

@@ -182,15 +182,7 @@ def mobility_grids(found: MechanismReport) -> list[Grid]:
         "Closure equations of each loop by itself. Statics does not determine what it leaves open.",
         ("loop", "type", "rank of 6", "redundant", "leaves open"),
         [
-            (
-                loop.name,
-                loop.type,
-                loop.rank,
-                loop.redundant,
-                "not measured"
-                if loop.indeterminate is None
-                else "; ".join(f"{name}: {text}" for name, text in loop.indeterminate.items()),
-            )
+            (loop.name, loop.type, loop.rank, loop.redundant, loop.leaves_open)
             for loop in found.loops
         ],
     )
@@ -227,23 +219,6 @@ def drives_grid(drives: Drives, driven: Collection[str] = ()) -> Grid:
     caption = f"How it can be driven, from where it starts ({drives.reason})."
     header = ("coordinate", "kind", "at the ground", "from", "to", "what ends the range", "role")
     return Grid("drives", caption, header, rows)
-
-
-def remarks_of(found: MechanismReport) -> Iterator[str]:
-    """Yield what is to be said about the mobility."""
-    if found.is_counted:
-        yield (
-            "Ranks were counted from the structure alone, as loops are too many to be measured; "
-            "that misses mechanisms that move only because of special dimensions."
-        )
-    for rod in found.idle_rods:
-        yield f"The rod at {', '.join(rod)} may spin about its line, which needs no drive."
-    for item in found.components:
-        if item.is_singular_at_zero:
-            yield (
-                f"{found.place[0].upper()}{found.place[1:]} is a singular configuration of "
-                f"{item.names}: {item.rank_at_zero} of {item.rank} equations are independent there."
-            )
 
 
 def links_of(item: JointOrLoop) -> tuple[str, str]:

@@ -27,7 +27,7 @@ from ..viewer.viewing import view
 from . import page
 from .cases import Cases
 from .courses import courses
-from .described import described, drives_grid, elements_of, mobility_grids, remarks_of
+from .described import described, drives_grid, elements_of, mobility_grids
 from .extremes import RIGHT, counted, places_of, quantities_of
 from .findings import Findings, between, gravity_of, sentence, way_of
 from .grids import Grid, Row, stem_of
@@ -94,7 +94,7 @@ def write(cases: Cases, path: Path, with_scene: bool) -> Path:
             )
         ],
         mobility=_mobility(found),
-        mobility_remarks=list(remarks_of(found)),
+        mobility_remarks=[sentence(text) for text in found.mobility_remarks],
         mobility_grids=grids,
         described=described(mechanism),
         left_out=mechanism.warnings,
@@ -145,7 +145,10 @@ def _warnings(cases: Cases) -> list[str]:
     ]
     found += [text for report in cases.reports for text in report.beware] + cases.remarks
     if cases.reports[0].description.is_counted:
-        found.append("Ranks were counted, not measured.")
+        found.append(
+            "Ranks were counted from the structure alone, as loops are too many to be measured; "
+            "that misses mechanisms that move only because of special dimensions."
+        )
     return list(dict.fromkeys(found))
 
 
