@@ -10,12 +10,14 @@ from ...core.mechanics.exact import load
 from ...core.mechanism.mechanism import Mechanism
 from ...core.mechanism.undescribed import REMEDY
 from ...kit.errors import CardanError, as_text, choices
+from ...kit.quantities import cleared
 from ...scene.describe import describe
 from ...scene.drives import Drives
 from ...scene.mechanism_report import MechanismReport
+from ...scene.usual_motion import slides
 from ..report.described import drives_grid, links_of
 from ..report.extremes import counted
-from .quantities import shown
+from ..report.grids import place
 from .tables import print_json, say, show
 
 
@@ -127,7 +129,7 @@ def _near(mechanism: Mechanism, drives: Drives) -> str:
     """Return where some joints are; of balls and universal joints the numbers of a row."""
     places = list(drives.start.positions.items())[:4]
     return ", ".join(
-        f"{name} {shown(mechanism, name, 'position', float(value))}"
+        f"{name} {place(cleared(float(value)), slides(mechanism, name))}"
         if name in mechanism.drivable
         else f"{name} {as_text(np.atleast_1d(value))}"
         for name, value in places

@@ -29,7 +29,7 @@ from ...figures.wrenches import (
 from ...kit.arrays import NOTHING, Array
 from ...kit.checks import writing
 from ...kit.errors import ArgumentError, MissingExtraError, SimulationError, choices
-from ...kit.quantities import column
+from ...kit.quantities import cleared, column
 from ...motion.simulation.progress import INTERRUPTED
 from ...motion.simulation.trajectory import Trajectory
 from ...scene.scene import Scene
@@ -37,13 +37,15 @@ from ...scene.usual_motion import (
     default_scene,
     driving,
     one_way,
+    slides,
     usual_motion,
 )
 from ..report.extremes import with_extremes
-from ..report.findings import acting, sentence, ways
+from ..report.findings import acting, sentence, speed_text, ways
+from ..report.grids import place, way
 from .group import Interrupted, end_by
 from .options import Words
-from .quantities import by_coordinate, ends_of, of_scene, shown, value_of
+from .quantities import by_coordinate, ends_of, of_scene, value_of
 from .quantities import positions as positions_of
 from .tables import say, show
 
@@ -143,8 +145,8 @@ def sweep_of(
         scene = scene.replace(outputs=joints)
     if ends is not None:
         low, high = ends_of(mechanism, single, ends)
-        from_to = (shown(mechanism, single, "position", end) for end in (low, high))
-        at, said = np.linspace(low, high, samples), f"{single} from {' to '.join(from_to)}"
+        at = np.linspace(low, high, samples)
+        said = f"{single} from {way(low, high, slides(mechanism, single), ' to ')}"
     goes_on = motion.turns or ends is not None
     if (speed or acceleration) and not goes_on:
         raise ArgumentError(
@@ -262,11 +264,13 @@ def _free_scene(
 def _course(swept: Sweep, name: str) -> str:
     """Return where a coordinate begins and ends, and how fast it is then."""
     places, speeds = swept.motion.position(name), swept.motion.velocity(name)
+    is_slide, size = slides(swept.mechanism, name), float(np.abs(places).max())
     first, last, least, most = (
-        shown(swept.mechanism, name, "position", value)
+        place(cleared(float(value), size), is_slide, size)
         for value in (places[0], places[-1], places.min(), places.max())
     )
-    rate = shown(swept.mechanism, name, "speed", speeds[-1])
+    last_speed = cleared(float(speeds[-1]), float(np.abs(speeds).max()))
+    rate = speed_text(np.array(last_speed), is_slide)
     return f"from {first} to {last}, between {least} and {most}; at last {rate}"
 
 
@@ -303,7 +307,7 @@ def _print_extremes(swept: Sweep, places: Array, unit: str, said: str) -> None:
     if told.replace(MARK, ""):
         caption += " Where statics leaves one open, its greatest part that is determined, by name."
     if opened := swept.left_open.text:
-        caption += f" {'* ' * (MARK in told)}{opened[0].upper()}{opened[1:]}."
+        caption += f" {'* ' * (MARK in told)}{sentence(opened)}"
     unknown = [np.isnan(values_of(of, quantity)) for of in swept.values() for quantity in PARTS]
     if missing := int(np.any(unknown, axis=0).sum()):
         caption += f" Not known at {missing} of {len(places)} places, close to singular ones."
@@ -316,14 +320,12 @@ def _print_extremes(swept: Sweep, places: Array, unit: str, said: str) -> None:
         ends = np.fmin.reduce(course), np.fmax.reduce(course)
         (low, high), unit = column(ends, swept.mechanism.drivable[name].effort_unit)
         say(f"drive {name}: {low} to {high} {unit}")
-    residuals = {
-        "loops": swept.loop_residual,
-        "balance": swept.balance_residual,
-        "power": swept.power_residual,
-    }
     # A dash where there is nothing to compare, as where nothing acts.
-    listed = (f"{name} {'–' if np.isnan(of) else f'{of:.1e}'}" for name, of in residuals.items())
-    say(f"residuals: {', '.join(listed)}")
+    residuals = (
+        f"{name.removesuffix('_residual')} {'–' if np.isnan(value) else f'{value:.1e}'}"
+        for name, value in swept.proven.residuals.items()
+    )
+    say(f"residuals: {', '.join(residuals)}")
 
 
 def _greatest(

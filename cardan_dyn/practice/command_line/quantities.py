@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from ...core.elements.link_loads import Wrench
 from ...core.mechanism.mechanism import Mechanism
 from ...kit import units
 from ...kit.errors import ArgumentError
-from ...kit.quantities import amount, cleared
 from ...scene.usual_motion import slides
 from .options import Words
 
@@ -41,10 +38,6 @@ _KINDS = {
 and of a slide."""
 
 
-_UNITS = {"deg": ("°", np.pi / 180.0), "1/min": ("1/min", np.pi / 30.0)}
-"""Units that are not of the SI, as they are printed, and their values in it."""
-
-
 def value_of(mechanism: Mechanism, joint: str, what: str, text: str, option: str) -> float:
     """Return position, speed, acceleration or effort of a coordinate, in SI units and radians.
 
@@ -68,13 +61,6 @@ def ends_of(mechanism: Mechanism, joint: str, ends: Sequence[str]) -> tuple[floa
     """Return the positions of `--range` [rad or m]; see `value_of`."""
     low, high = (value_of(mechanism, joint, "position", end, "--range") for end in ends)
     return low, high
-
-
-def shown(mechanism: Mechanism, joint: str, what: str, value: float, digits: int = 4) -> str:
-    """Return what `value_of` reads as it is printed: angles in degrees, speeds in 1/min."""
-    _, bare = _KINDS[what][slides(mechanism, joint)]
-    unit, size = _UNITS.get(bare, (bare, 1.0))
-    return amount(cleared(value / size), unit, digits)
 
 
 def by_coordinate(
