@@ -207,19 +207,15 @@ function zoomBy(factor) {
 
 const pointers = new Map();
 let travelled = 0;
-const offsetOf = (event) => {
-  const box = canvas.getBoundingClientRect();
-  return { x: event.clientX - box.left, y: event.clientY - box.top };
-};
 canvas.addEventListener("pointerdown", (event) => {
   if (!pointers.size) travelled = 0;
-  pointers.set(event.pointerId, offsetOf(event));
+  pointers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
   canvas.setPointerCapture(event.pointerId);
 });
 canvas.addEventListener("pointermove", (event) => {
   const before = pointers.get(event.pointerId);
   if (!before) return;
-  const now = offsetOf(event), dx = now.x - before.x, dy = now.y - before.y;
+  const now = { x: event.offsetX, y: event.offsetY }, dx = now.x - before.x, dy = now.y - before.y;
   travelled += Math.hypot(dx, dy);
   if (pointers.size === 1) {
     if (travelled > 3) {
@@ -235,9 +231,8 @@ canvas.addEventListener("pointermove", (event) => {
 });
 canvas.addEventListener("pointerup", (event) => {
   if (pointers.size === 1 && travelled < 4 && event.button === 0) {
-    const { x, y } = offsetOf(event);
-    const label = labelAt(x, y);
-    select(label ? { joint: label.joint } : under(x, y));
+    const label = labelAt(event.offsetX, event.offsetY);
+    select(label ? { joint: label.joint } : under(event.offsetX, event.offsetY));
   }
   pointers.delete(event.pointerId);
 });

@@ -28,7 +28,8 @@ for (const { series } of told.joints) {
 }
 const count = course.values ? course.values.length : 1;
 
-// The place in increasing or decreasing values at which they pass a value, as a fraction of samples.
+// The place in increasing or decreasing values at which they pass a value, as a fraction of samples;
+// an end beyond them.
 function placeOf(values, value) {
   const rises = values[values.length - 1] >= values[0];
   let low = 0, high = values.length - 1;
@@ -72,8 +73,8 @@ function written(value, decimals) {
 }
 
 function rounded(value) {
-  return written(Number(value.toPrecision(4)), Math.max(
-    0, (String(Math.abs(Number(value.toPrecision(4)))).split(".")[1] || "").length));
+  const short = Number(value.toPrecision(4));
+  return written(short, (String(short).split(".")[1] || "").length);
 }
 
 // By what numbers up to a size are divided to be short, and the unit of what comes out: kN, mm.

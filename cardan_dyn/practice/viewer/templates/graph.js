@@ -91,7 +91,7 @@ function graphOf(joint, { scale, unit }, drawn) {
     const box = svg.getBoundingClientRect();
     const share = ((event.clientX - box.left) * wide / box.width - LEFT) / (wide - LEFT - RIGHT);
     pause();
-    goTo(placeOf(course.values, first + Math.min(Math.max(share, 0), 1) * (last - first)));
+    goTo(placeOf(course.values, first + share * (last - first)));
   };
   svg.addEventListener("pointerdown", (event) => {
     svg.setPointerCapture(event.pointerId);

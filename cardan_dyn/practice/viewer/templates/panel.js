@@ -53,7 +53,7 @@ function tellPlace() {
 }
 
 function goTo(where) {
-  place = Math.min(Math.max(where, 0), count - 1);
+  place = where;
   tellPlace();
   request();
 }
@@ -80,7 +80,7 @@ function setPlaying(wished) {
   playButton.setAttribute("aria-label", playing ? "Pause" : "Play");
   request();
 }
-const play = () => setPlaying(true), pause = () => setPlaying(false);
+const pause = () => setPlaying(false);
 
 function fillSpeeds() {
   const select = byId("speed"), whole = course.seconds ? course.seconds[count - 1] : 0;
@@ -240,15 +240,13 @@ byId("fold").addEventListener("click", () => {
   if (!folded) select(choice);
 });
 
-function lookAt(name) {
-  if (name === "fit") fit(); else lookFrom(VIEWS[name], parallel);
-}
 byId("lens").addEventListener("click", () => {
   project(camera === parallel ? perspective : parallel);
   placeCamera();
 });
 for (const button of document.querySelectorAll("#views [data-view]")) {
-  button.addEventListener("click", () => lookAt(button.dataset.view));
+  const direction = VIEWS[button.dataset.view];
+  button.addEventListener("click", () => { if (direction) lookFrom(direction, parallel); else fit(); });
 }
 
 playButton.addEventListener("click", () => setPlaying(!playing));
@@ -265,8 +263,7 @@ function stepBy(steps) {
   const range = courseRange[1] - courseRange[0];
   const small = course.unit === "°" && range <= 720 ? 1 : range / 200;
   const now = valueAt(course.values, place) + (backwards ? -1 : 1) * steps * small;
-  const snapped = course.unit === "°" ? Math.round(now * 1e6) / 1e6 : now;
-  goTo(placeOf(course.values, Math.min(Math.max(snapped, courseRange[0]), courseRange[1])));
+  goTo(placeOf(course.values, now));
 }
 
 function nextJoint(by) {
@@ -327,7 +324,7 @@ function start() {
   new ResizeObserver(() => {
     if (view.clientWidth !== size.width || view.clientHeight !== size.height) resize();
   }).observe(view);
-  if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) play();
+  if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) setPlaying(true);
 }
 
 // What tests and other scripts can ask of the page.
