@@ -286,7 +286,20 @@ class Bodies:
 
     def draw(self, drawing: Drawing) -> None:
         """Draw the shapes of the links, default ones for those that have none."""
-        self._draw_shapes(drawing)
+        shapes, note = few_enough(self.shapes, drawing.size)
+        self.notes += (note,) if note else ()
+        for body in sorted({shape.body for shape in shapes}):
+            node = self._path(body)
+            drawing.nodes[node] = self._pose(body)
+            for count, shape in enumerate(item for item in shapes if item.body == body):
+                color = self._color(body)
+                if shape.color is not None:
+                    # The viewer's lights together are brighter than one: white keeps its shades.
+                    color = _shaded(Color(*shape.color), 0.85)
+                elif shape.kind == "plane":
+                    color = replace(color, opacity=0.35)  # What is below is seen as well.
+                path = f"{node}/{node_name(shape.link)} {count}"
+                drawing.add(path, shape.drawn(drawing.size), color, shape.placement)
         stand_in = [self._link_of_body[item.body] for item in self._defaults if item.body]
         if self.notes and stand_in:
             self.notes += (f"made up from joints: {', '.join(dict.fromkeys(stand_in))}",)
@@ -314,22 +327,6 @@ class Bodies:
         rotation, position = (array[::8] for array in self._placements[body])
         turned = np.einsum("nij,kj->nki", rotation, points)
         return np.asarray((turned + position[:, None]).reshape(-1, 3))
-
-    def _draw_shapes(self, drawing: Drawing) -> None:
-        shapes, note = few_enough(self.shapes, drawing.size)
-        self.notes += (note,) if note else ()
-        for body in sorted({shape.body for shape in shapes}):
-            node = self._path(body)
-            drawing.nodes[node] = self._pose(body)
-            for count, shape in enumerate(item for item in shapes if item.body == body):
-                color = self._color(body)
-                if shape.color is not None:
-                    # The viewer's lights together are brighter than one: white keeps its shades.
-                    color = _shaded(Color(*shape.color), 0.85)
-                elif shape.kind == "plane":
-                    color = replace(color, opacity=0.35)  # What is below is seen as well.
-                path = f"{node}/{node_name(shape.link)} {count}"
-                drawing.add(path, shape.drawn(drawing.size), color, shape.placement)
 
     def _color(self, body: int) -> Color:
         """Return the colour of a body of which nothing states one."""

@@ -20,7 +20,6 @@ from ...figures.wrenches import PARTS, QUANTITIES, UNITS, determined, values_of,
 from ...kit.arrays import NOTHING, Array
 from ...kit.quantities import amount
 from .commands import STEADY, Arrays, node_name
-from .default_shapes import attachments_of
 from .scenery import COLORS, MEANINGS
 from .still import Still
 from .vectors import greatest, slide
@@ -141,12 +140,6 @@ class _Teller:
         described = self._mechanism.description
         self._links = {item.name: (item.parent, item.child) for item in described.joints}
         self._links |= {item.name: (item.predecessor, item.successor) for item in described.loops}
-        self._ends = {
-            item.joint: (item.other, body)
-            for body, items in attachments_of(self._mechanism).items()
-            for item in items
-            if item.is_child
-        }
         wrenches = [sweep[name] for name in sweep.outputs]
         self._greatest = whole_of(wrenches, self._mechanism.characteristic_length)
 
@@ -214,15 +207,15 @@ class _Teller:
     def joint(self, name: str) -> dict[str, Any]:
         """Return what a joint is and what it carries."""
         joint = self._mechanism.joints[name]
-        parent, child = (self._first.get(body, "") for body in self._ends[name])
-        ends = self._links.get(name, (parent, child))
+        ends = self._links[name]
+        parent, child = (self._first[self._mechanism.links[end][0]] for end in ends)
         told: dict[str, Any] = {
             "name": name,
             "node": node_name(name),
             "type": f"{joint.type}, closes a loop" if name in self._loops else joint.type,
             "parent": parent,
             "child": child,
-            "ends": f", from {ends[0]} to {ends[1]}" if all(ends) else "",
+            "ends": f", from {ends[0]} to {ends[1]}",
             "open": "",
             "stroke": self._stroke(joint),
             "series": [],
