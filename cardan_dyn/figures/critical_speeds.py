@@ -87,7 +87,12 @@ def campbell(
     top = 1.15 * float(np.max(tops[within], initial=0.0))
     for order in multiples.tolist():
         axes.plot(at.values, order * np.abs(at.values) / 60.0, **GUIDE)
-        _name_order(axes, order, fastest, top)
+        # n× stands at the fast end of an order's line, where it leaves the figure.
+        share = min(1.0, 60.0 * top / (order * abs(fastest) or np.inf))
+        at_end = share * fastest, share * order * abs(fastest) / 60.0
+        lean, inwards = ("right", -1) if fastest > 0.0 else ("left", 1)
+        offset = {"xytext": (4 * inwards, -4), "textcoords": "offset points"}
+        axes.annotate(f"{order:g}×", at_end, ha=lean, va="top", **offset, **NAME)
     if critical is not None:
         places = np.asarray(critical, dtype=float).reshape(-1, 2) * [PER_MINUTE, 0.5 / np.pi]
         style = {**point_style(0), "color": "black", "zorder": 3}
@@ -290,13 +295,3 @@ def _direction(sides: Array) -> str:
     """Return how a mode whirls, for its name."""
     total = float(np.sum(np.sign(np.nan_to_num(sides))))
     return ", forward" if total > 0.0 else ", backward" if total < 0.0 else ""
-
-
-def _name_order(axes: Axes, order: float, fastest: float, top: float) -> None:
-    """Write n× at the fast end of an order's line, where it leaves the figure."""
-    share = min(1.0, 60.0 * top / (order * abs(fastest) or np.inf))
-    at = share * fastest, share * order * abs(fastest) / 60.0
-    inwards = -1 if fastest > 0.0 else 1
-    lean = "right" if inwards < 0 else "left"
-    offset = {"xytext": (4 * inwards, -4), "textcoords": "offset points"}
-    axes.annotate(f"{order:g}×", at, ha=lean, va="top", **offset, **NAME)

@@ -185,16 +185,13 @@ def _function(told: Mapping[str, Any], file: Path) -> Sweeps:
         found, units[name] = _number(name, value)
         return found
 
-    arguments: dict[str, Any] = {
-        name: {key: number(f"{name}.{key}", value) for key, value in given[name].items()}
-        for name in ("held", "loads", "near")
-        # `near` may be the name of a keyframe.
-        if not (name == "near" and isinstance(given.get(name), str))
-        and mapping(f"scene.{name}", given.get(name))
-    }
-    if isinstance(given.get("near"), str):
-        arguments["near"] = given["near"]
-    arguments |= {name: given[name] for name in ("drive", "outputs") if name in given}
+    kept = "drive", "near", "outputs"
+    arguments: dict[str, Any] = {name: given[name] for name in kept if name in given}
+    # `near` may be the name of a keyframe.
+    for name in ("held", "loads", *["near"] * (not isinstance(given.get("near"), str))):
+        told_of = mapping(f"scene.{name}", given.get(name))
+        if values := {key: number(f"{name}.{key}", value) for key, value in told_of.items()}:
+            arguments[name] = values
     if "gravity" in given:
         arguments["gravity"] = axes = given["gravity"]
         if axes != DESCRIPTION:

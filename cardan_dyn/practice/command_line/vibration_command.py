@@ -101,9 +101,15 @@ def found_speeds(
         CardanError: as `critical_speeds` does.
     """
     if speed is None:
+        # The first speed only says how slow is slow: gyroscopic terms change modes by about a
+        # thousandth then, which is nothing for a range.
+        scale = float(np.nanmax(campbell(scene, np.array([1.0])).frequency, initial=0.0))
+        at_rest = campbell(scene, np.array([1e-3 * (scale or 1.0)])).frequency[0]
+        swings = np.sort(at_rest[np.isfinite(at_rest) & (at_rest > 0.0)])
+        if not len(swings):
+            raise ArgumentError("no mode swings near rest: give the range of speeds, --speed")
         # From a little below a quarter of the lowest, up to above what unbalance excites.
-        at_rest = _frequencies(scene)
-        speed = 0.2 * at_rest[0], 1.25 * at_rest[-1]
+        speed = 0.2 * swings[0], 1.25 * swings[-1]
     return critical_speeds(scene, np.array(speed), orders=orders or None)
 
 
@@ -276,18 +282,6 @@ def chart_of(scene: Scene, text: str | None) -> tuple[str, float] | None:
     if not value:
         raise ArgumentError("--chart ends at 0, where it begins; give another angle")
     return joint, value
-
-
-def _frequencies(scene: Scene) -> np.ndarray:
-    """Return the natural frequencies near rest that are not zero, ascending [rad/s]."""
-    # The first speed only says how slow is slow.
-    scale = float(np.nanmax(campbell(scene, np.array([1.0])).frequency, initial=0.0))
-    # Gyroscopic terms change modes by about a thousandth then, which is nothing for a range.
-    found = campbell(scene, np.array([1e-3 * (scale or 1.0)])).frequency[0]
-    swings = np.sort(found[np.isfinite(found) & (found > 0.0)])
-    if not len(swings):
-        raise ArgumentError("no mode swings near rest: give the range of speeds, --speed")
-    return swings
 
 
 def _name(row: CriticalSpeed) -> str:

@@ -52,17 +52,6 @@ def turn_of(mechanism: Mechanism, beta: float, speed: float = 0.0) -> Sweep:
     return scene.sweep(POSITIONS, speed=speed)
 
 
-def thoma_moments(turn: Sweep) -> tuple[Array, Array]:
-    """Return Thoma's `(M_x, M_z)` `(N,)` [N·m] from the output bearing of the universal joint.
-
-    The bearing balances what the cross exerts: its wrench has the torsion -M_t, and its moments
-    about the fixed axes across shaft 2 (y in the plane of the shafts, z normal to it) are M_x and
-    M_z of Thoma (1920), eqs 6 and 7, for a torque M_t in the sense of rotation.
-    """
-    moment = turn.wrench("bearing_out", "parent").moment
-    return moment[:, 1], moment[:, 2]
-
-
 class Pair(NamedTuple):
     """A quantity over a turn and its closed form, both `(N,)`, and where that is from."""
 
@@ -76,7 +65,10 @@ def of_joint(turn: Sweep) -> dict[str, Pair]:
     beta, motion = float(np.max(turn.held["joint_angle"])), turn.motion
     wrench_in, wrench_out = turn["bearing_in"], turn["bearing_out"]
     closed, torque = grossmann.moments(beta, POSITIONS), wrench_in.torsion
-    x, z = (part / TORQUE for part in thoma_moments(turn))
+    # The bearing balances what the cross exerts: its torsion is -M_t, and its moments about the
+    # fixed axes across shaft 2 (y in the plane of the shafts, z normal to it) are M_x and M_z of
+    # Thoma (1920), for a torque M_t in the sense of rotation.
+    _, x, z = turn.wrench("bearing_out", "parent").moment.T / TORQUE
     m_x, m_z = thoma.bending_moments(beta, POSITIONS)
     angle = single_joint.output_angle(beta, POSITIONS)
     ratio = single_joint.speed_ratio(beta, POSITIONS)

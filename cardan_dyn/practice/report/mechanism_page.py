@@ -20,7 +20,6 @@ from ...figures.wrenches import QUANTITIES
 from ...kit.arrays import NOTHING
 from ...kit.errors import ArgumentError, CardanError
 from ...kit.quantities import amount, number
-from ...scene.mechanism_report import MechanismReport
 from ..viewer.bodies import Bodies
 from ..viewer.picture import picture
 from ..viewer.viewing import view
@@ -93,7 +92,15 @@ def write(cases: Cases, path: Path, with_scene: bool) -> Path:
                 zip(cases.reports, cases.labels or [""], strict=True)
             )
         ],
-        mobility=_mobility(found),
+        mobility=[
+            ("mobility", str(found.mobility)),
+            ("joint coordinates", str(found.coordinates)),
+            ("independent closure equations (rank)", str(found.rank)),
+            ("redundant equations", str(sum(item.self_stresses for item in found.components))),
+            ("ranks around", found.place),
+            ("loops are written as", found.notation),
+            ("characteristic length", amount(found.length, "m")),
+        ],
         mobility_remarks=[sentence(text) for text in found.mobility_remarks],
         mobility_grids=grids,
         described=described(mechanism),
@@ -208,18 +215,6 @@ def _loads(sweep: Sweep) -> Iterator[Grid]:
             rows.append((name, "effort at the joint", between(load), unit))
     if rows:
         yield Grid("loads", "Loads", ("joint or link", "what", "value", "unit"), rows)
-
-
-def _mobility(found: MechanismReport) -> list[tuple[str, str]]:
-    return [
-        ("mobility", str(found.mobility)),
-        ("joint coordinates", str(found.coordinates)),
-        ("independent closure equations (rank)", str(found.rank)),
-        ("redundant equations", str(sum(item.self_stresses for item in found.components))),
-        ("ranks around", found.place),
-        ("loops are written as", found.notation),
-        ("characteristic length", amount(found.length, "m")),
-    ]
 
 
 def _extremes(report: Findings) -> dict[str, Any]:

@@ -53,7 +53,8 @@ def test_moments_of_thoma_are_those_of_the_cross(joint: cd.Mechanism) -> None:
     geometry = CrossGeometry(beta, comparisons.POSITIONS)
     bearing = -geometry.moment(comparisons.TORQUE)
     in_plane = np.array([-np.sin(beta), np.cos(beta), 0.0])
-    m_x, m_z = comparisons.thoma_moments(turn)
+    pairs = comparisons.of_joint(turn)
+    m_x, m_z = (comparisons.TORQUE * pairs[f"bending M_{i}/M_t"].computed for i in "xz")
     np.testing.assert_allclose(m_x, bearing @ in_plane, atol=1e-11)
     np.testing.assert_allclose(m_z, bearing[:, 2], atol=1e-11)
 
