@@ -16,9 +16,7 @@ from .group import Command
 @options.between
 @options.samples(361)
 @options.rate
-@click.option(
-    "--acceleration", type=options.Quantities(), help="Of the drive [rad/s², slides: m/s²]."
-)
+@click.option("--acceleration", metavar="VALUE", help="Of the drive [rad/s², slides: m/s²].")
 @options.near
 @options.held
 @options.loads

@@ -54,21 +54,6 @@ class Quantity(click.ParamType):  # type: ignore[type-arg, unused-ignore]
             self.fail(str(error), param, ctx)
 
 
-class Quantities(click.ParamType):  # type: ignore[type-arg, unused-ignore]
-    """A number whose unit depends on a joint: it stays a text until that is known."""
-
-    name = "value"
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> str:
-        """Return a text that begins like a number."""
-        text = str(value).strip()
-        if not text[:1].isdigit() and text[:1] not in "+-.":
-            self.fail(f"{text!r} is not a number with a unit", param, ctx)
-        return text
-
-
 class Written(click.ParamType):  # type: ignore[type-arg, unused-ignore]
     """The path of a file or directory to be written, which is refused before all computing."""
 
@@ -250,14 +235,13 @@ drive = repeated("--drive", "drive", "JOINT", "Driven joint, the sensible one wi
 between = click.option(
     "--range",
     "ends",
-    type=Quantities(),
     nargs=2,
     metavar="FROM TO",
     help="Positions of a single drive [°, slides: m]; its whole range without.",
 )
 rate = click.option(
     "--speed",
-    type=Quantities(),
+    metavar="VALUE",
     help="Of a single drive [1/min, slides: m/s]; quasi-static without.",
 )
 held = repeated("--held", "held", "JOINT=VALUE", "Joint that is held [°, slides: m]")
