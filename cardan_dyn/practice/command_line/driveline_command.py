@@ -20,6 +20,7 @@ from ..report.drive_line_page import scene as turning
 from ..report.line_tables import (
     Listing,
     best_forks,
+    built_listing,
     joint_listing,
     phasing_listing,
     phasing_text,
@@ -135,7 +136,7 @@ def print_report(report: LineReport, wording: Wording) -> None:
     say(phasing_text(report.phasing, wording))
     if report.phasing is not None and report.phasing.value < report.phasing.given_value:
         _show(phasing_listing(report.phasing, wording))
-    if (built := report.built(wording)) is not None:
+    if (built := built_listing(report.phasing, report.torque, wording)) is not None:
         _show(built)
     units, verdict = wording.units, report.verdict
     rows: list[Words | str] = []

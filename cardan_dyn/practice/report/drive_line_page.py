@@ -43,12 +43,6 @@ class LineReport:
         driving = self.analysis.static.torsion_in[:, 0]
         return float(driving[np.abs(driving).argmax()])
 
-    def built(self, wording: Wording) -> tables.Listing | None:
-        """Return the table of forks that can be built, see `built_listing`; None without one."""
-        if self.phasing is None:
-            return None
-        return tables.built_listing(self.phasing, self.torque, wording)
-
     def drawn(self, wording: Wording) -> list[tuple[str, str, Figure]]:
         """Return names, captions and figures.
 
@@ -180,7 +174,7 @@ def write(
             tables.extreme_listing(analysis, verdict, wording),
         ],
         phasing=None if report.phasing is None else tables.phasing_listing(report.phasing, wording),
-        built=report.built(wording),
+        built=tables.built_listing(report.phasing, report.torque, wording),
         headline=tables.phasing_text(report.phasing, wording),
         speed=wording.quantity(analysis.speed, "speed"),
         torque=wording.quantity(report.torque, "torque"),

@@ -342,20 +342,24 @@ def phasing_listing(phasing: Phasing[DriveLine], wording: Wording) -> Listing:
     return _listing(wording, "Forks", {"shaft": phasing.line.shaft_names[1:-1]}, columns)
 
 
-def built_listing(phasing: Phasing[DriveLine], torque: float, wording: Wording) -> Listing | None:
+def built_listing(
+    phasing: Phasing[DriveLine] | None, torque: float, wording: Wording
+) -> Listing | None:
     """Return a row per way to put the forks that can be built: as given, best, and at 0° or 90°.
 
     Each with its residual angle, and the greatest force of the centre bearings, of all bearings
     where there are none, over a turn without inertia, weight and friction.
 
     Args:
-        phasing: the best forks of a line.
+        phasing: the best forks of a line, if it has any to be put.
         torque: of the input shaft [N·m].
         wording: language and units.
 
     Returns:
         None where no fork can be put, or too many can.
     """
+    if phasing is None:
+        return None
     line = phasing.given
     inner = list(enumerate(line.shafts[1:-1], 1))
     free = [k for k, shaft in inner if shaft.centring is None]
