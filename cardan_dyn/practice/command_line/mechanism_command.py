@@ -106,8 +106,7 @@ def _determined(report: MechanismReport) -> list[str]:
     lines += report.silent
     if report.silent:
         lines.append(f"  {REMEDY}")
-    counted = [loop.name for loop in report.loops if loop.indeterminate is None]
-    if counted:
+    if any(loop.indeterminate is None for loop in report.loops):
         lines.append("too large to tell which wrenches statics determine")
     elif not report.left_open:
         what = "motion and statics" if report.loops else "statics"
