@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -297,7 +296,7 @@ class Bodies:
                     # The viewer's lights together are brighter than one: white keeps its shades.
                     color = _shaded(Color(*shape.color), 0.85)
                 elif shape.kind == "plane":
-                    color = replace(color, opacity=0.35)  # What is below is seen as well.
+                    color = color._replace(opacity=0.35)  # What is below is seen as well.
                 path = f"{node}/{node_name(shape.link)} {count}"
                 drawing.add(path, shape.drawn(drawing.size), color, shape.placement)
         stand_in = [self._link_of_body[item.body] for item in self._defaults if item.body]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import base64
 import warnings
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -110,6 +109,7 @@ class Drawing:
         objects: in the order in which they were added.
         labels: the texts.
         seen: points `(n, 3)` that the camera has to see [m].
+        legend: what the colours mean, each once.
     """
 
     def __init__(self, size: float) -> None:
@@ -118,12 +118,7 @@ class Drawing:
         self.labels: list[Label] = []
         self.seen: list[Array] = []
         self.size = size
-        self._meanings: list[Meaning] = []
-
-    @property
-    def legend(self) -> tuple[Meaning, ...]:
-        """What the colours mean, each once."""
-        return tuple(dict.fromkeys(self._meanings))
+        self.legend: list[Meaning] = []
 
     def add(
         self,
@@ -147,8 +142,9 @@ class Drawing:
         """
         if pose is not None:
             self.nodes[path] = pose
-        if means:
-            self._meanings.append(Meaning(color.css, means, path.split("/")[1]))
+        meaning = Meaning(color.css, means, path.split("/")[1])
+        if means and meaning not in self.legend:
+            self.legend.append(meaning)
         self.objects.append(DrawnObject(path, surface, color, placement))
 
     def arrow(
@@ -264,8 +260,7 @@ class Arrays:
         return base64.b64encode(b"".join(self._chunks)).decode("ascii")
 
 
-@dataclass(frozen=True)
-class Color:
+class Color(NamedTuple):
     """How an object looks.
 
     Attributes:

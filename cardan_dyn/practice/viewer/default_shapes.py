@@ -147,11 +147,12 @@ class Pieces:
     def at(self, point: Array, axis: Array, x: Array | None = None, rod: float = 1.0) -> Pieces:
         """Return them at a point with z along an axis, see `shapes.upright`, in other units."""
         turn = forms.upright(axis, x)
-        link, pins = (
-            tuple(forms.moved(surface, turn, point, rod) for surface in surfaces)
-            for surfaces in (self.link, self.pins)
+        return Pieces(
+            *(
+                tuple(forms.moved(surface, turn, point, rod) for surface in surfaces)
+                for surfaces in (self.link, self.pins)
+            )
         )
-        return Pieces(link, pins)
 
 
 def _cheek(top: float, reach: float, foot: float) -> Array:
@@ -176,14 +177,6 @@ def _along_x(radius: float, low: float, high: float) -> Pieces:
     return Pieces((forms.rod(radius, low, high),)).at(np.zeros(3), _X)
 
 
-def _foot() -> Pieces:
-    """Return a slab at some distance along x, hatched behind it."""
-    hatch = np.array([[0.5, 0.36], [1.8, -0.94], [1.8, -1.3], [0.5, 0.0]])
-    rows = (hatch + np.array([_FOOT_AT, 1.2 * index - 2.46]) for index in range(6))
-    outlines = (forms.rectangle(_FOOT_AT, _FOOT_AT + 0.5, 3.6), *rows)
-    return Pieces(tuple(forms.prism(outline, -2.7, 2.7) for outline in outlines))
-
-
 # Fittings about the axis of a joint, in radii of a rod, which leads along x.
 _EYE = Pieces((forms.rod(1.9, -1.15, 1.15),))
 _SLEEVE = Pieces((forms.ring(1.05, 1.9, -1.15, 1.15),))
@@ -197,7 +190,13 @@ _SOCKET = Pieces((forms.cup(1.98, _SOCKET_REACH),))
 _HALF_BLOCK = 2.6
 _BLOCK = Pieces((forms.prism(forms.rectangle(-1.7, 1.7, 1.7), -_HALF_BLOCK, _HALF_BLOCK),))
 # What bearings stand on, along x.
-_FOOT = _foot()
+_HATCH = np.array([[0.5, 0.36], [1.8, -0.94], [1.8, -1.3], [0.5, 0.0]])
+_FOOT_SHAPES = (
+    forms.rectangle(_FOOT_AT, _FOOT_AT + 0.5, 3.6),
+    *(_HATCH + np.array([_FOOT_AT, 1.2 * index - 2.46]) for index in range(6)),
+)
+_FOOT = Pieces(tuple(forms.prism(outline, -2.7, 2.7) for outline in _FOOT_SHAPES))
+"""A slab at some distance, hatched behind it."""
 _POST_SHAPE = np.array([[0.7, -1.2], [_FOOT_AT, -2.4], [_FOOT_AT, 2.4], [0.7, 1.2]])
 _POST = Pieces((forms.prism(_POST_SHAPE, -0.8, 0.8), *_FOOT.link))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -66,8 +65,7 @@ def without_loads(vectors: list[Vectors], sweep: Sweep, places: Places) -> list[
         return load is not None and greatest(part - load) <= NOTHING * greatest(load)
 
     return [
-        replace(
-            item,
+        item._replace(
             parts={
                 kind: part
                 for kind, part in item.parts.items()

@@ -24,7 +24,6 @@ from .scenery import COLORS, MEANINGS
 from .still import Still
 from .vectors import greatest, slide
 
-SIGN = "Forces and moments are those that the parent exerts on the child."
 _EFFORTS = {
     "drive": ("#1257b3", "effort of the drive"),
     "holding": ("#6d4c41", "effort that holds it"),
@@ -68,7 +67,7 @@ def readings(
     """
     told = _Teller(sweep, samples, arrays, swings)
     return {
-        "sign": SIGN,
+        "sign": "Forces and moments are those that the parent exerts on the child.",
         "mode": told.mode(),
         "course": {
             "name": along.name,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -49,8 +48,7 @@ _THIN = 0.005
 """Radius of axes and traces, in radii of the scene."""
 
 
-@dataclass(frozen=True)
-class Parts:
+class Parts(NamedTuple):
     """What of a scene is drawn.
 
     Attributes:
@@ -64,14 +62,14 @@ class Parts:
         loads: loads on joints and links.
     """
 
-    visuals: bool = True
-    moments: bool = True
-    forces: bool = True
-    axes: bool = True
-    traces: bool = True
-    labels: bool = True
-    elements: bool = True
-    loads: bool = True
+    visuals: bool
+    moments: bool
+    forces: bool
+    axes: bool
+    traces: bool
+    labels: bool
+    elements: bool
+    loads: bool
 
 
 class Scale(NamedTuple):
@@ -90,8 +88,7 @@ class Scale(NamedTuple):
     longest: float | None
 
 
-@dataclass(frozen=True)
-class Scenery:
+class Scenery(NamedTuple):
     """A scene ready to be shown.
 
     Attributes:

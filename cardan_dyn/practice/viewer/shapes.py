@@ -6,6 +6,7 @@ What the functions without another word return is one, about or along z, in unit
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -262,9 +263,8 @@ def filled(vectors: Array, threshold: float) -> tuple[Array, Array]:
 
 def corners(points: Array) -> Array:
     """Return the corners `(8, 3)` of a box around points `(n, 3)`."""
-    low, high = np.min(points, axis=0), np.max(points, axis=0)
-    upper = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
-    return np.where(upper == 0, low, high)
+    ends = np.stack([np.min(points, axis=0), np.max(points, axis=0)], axis=1)
+    return np.array([*itertools.product(*ends)])
 
 
 def extremes(points: Array, count: int = 96) -> Array:

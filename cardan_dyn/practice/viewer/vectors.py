@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +23,7 @@ SLIDES = frozenset({"prismatic", "cylindrical"})
 """Types of joints that slide along their axis."""
 
 
-@dataclass(frozen=True)
-class Vectors:
+class Vectors(NamedTuple):
     """A joint's wrench and position over the shown samples, in world axes unless said otherwise.
 
     Attributes:

@@ -103,7 +103,9 @@ def view(
         duration = positive("duration", duration)
     frames = whole("frames", frames)
     shot = _shot(sweep, frames, elements)
-    shown = _checked_joints(shot, joints)
+    shown = shot.outputs if joints is None else names("joints", joints)
+    for name in shown:
+        shot[name]  # Raises an error if it is unknown.
     count = min(len(shot), frames)
     samples = np.unique(np.linspace(0, len(shot) - 1, count).round().astype(int))
     swings = names("swings", swings)
@@ -152,21 +154,13 @@ def _shot(
         )
     if isinstance(sweep, Trajectory):
         return sweep.evenly(frames).sweep
-    return sweep.sweep if isinstance(sweep, Equilibrium) else sweep
-
-
-def _checked_joints(sweep: Sweep | Still, joints: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the joints to be drawn; raise an error if the sweep cannot be drawn."""
-    if not isinstance(sweep, (Sweep, Still)):
+    shot = sweep.sweep if isinstance(sweep, Equilibrium) else sweep
+    if not isinstance(shot, Sweep):
         raise ArgumentError(
-            f"view() takes the result of a sweep or a configuration, not {type(sweep).__name__}"
+            f"view() takes the result of a sweep or a configuration, not {type(shot).__name__}"
         )
-    shown = sweep.outputs if joints is None else names("joints", joints)
-    if isinstance(sweep, Sweep):
-        refuse_grid(sweep)
-    for name in shown:
-        sweep[name]  # Raises an error if it is unknown.
-    return shown
+    refuse_grid(shot)
+    return shot
 
 
 class View:

@@ -104,7 +104,7 @@ def test_the_legend_says_each_meaning_once() -> None:
     drawing = Drawing(1.0)
     for path in ("/axes/a", "/axes/b", "/loads/a"):
         drawing.add(path, TRIANGLE, Color.of("#000000"), means="black", pose=Pose(np.ones(3)))
-    assert drawing.legend == (("#000000", "black", "axes"), ("#000000", "black", "loads"))
+    assert drawing.legend == [("#000000", "black", "axes"), ("#000000", "black", "loads")]
     assert list(drawing.nodes) == ["/axes/a", "/axes/b", "/loads/a"]
 
 

@@ -28,7 +28,7 @@ from cardan_dyn.practice.viewer.still import Still
 SAMPLES = np.arange(25)
 BODIES = {"mechanism", "bearings"}
 """Roots of what is drawn of bodies whatever is shown besides."""
-NONE = Parts(**dict.fromkeys((field.name for field in dataclasses.fields(Parts)), False))
+ALL, NONE = (Parts(*[drawn] * len(Parts._fields)) for drawn in (True, False))
 
 
 def scenery(turn: cd.Sweep, parts: Parts = NONE, joints: tuple[str, ...] = ()) -> Scenery:
@@ -53,12 +53,12 @@ def roots(scene: Scenery) -> set[str]:
     ],
 )
 def test_each_part_is_drawn_alone(part: str, expected: set[str], loaded_turn: cd.Sweep) -> None:
-    drawn = roots(scenery(loaded_turn, dataclasses.replace(NONE, **{part: True})))
+    drawn = roots(scenery(loaded_turn, NONE._replace(**{part: True})))
     assert drawn == (expected if part == "visuals" else expected | BODIES)
 
 
 def test_forces_are_drawn_where_there_are_any(loaded_turn: cd.Sweep) -> None:
-    only_forces = dataclasses.replace(NONE, forces=True)
+    only_forces = NONE._replace(forces=True)
     # A torque alone: the joint passes no force.
     still = scenery(loaded_turn, only_forces)
     assert roots(still) == BODIES and still.scales == ()
@@ -84,7 +84,7 @@ def test_arrows_beyond_what_is_usual_are_cut_and_their_scale_says_so() -> None:
     scene = cd.Scene(cd.load("four_bar"), drive="rocker_bearing", loads={"crank_bearing": -20.0})
     low, high = scene.motion_range()
     turn = scene.sweep(np.linspace(low + 1e-6 * (high - low), high - 1e-6 * (high - low), 25))
-    drawn = scenery(turn, dataclasses.replace(NONE, forces=True))
+    drawn = scenery(turn, NONE._replace(forces=True))
     (scale,) = drawn.scales
     force = turn["crank_bearing"].shear
     assert scale.longest is not None and 50.0 * scale.longest < np.max(force)
@@ -102,16 +102,16 @@ def test_a_load_is_not_drawn_again_as_what_its_joint_carries() -> None:
             bar, drive="crank_bearing", loads={"rocker_bearing": -20.0}, elements=elements
         )
         turn = scene.sweep(np.linspace(0.0, 6.0, 25), speed=10.0)
-        nodes = scenery(turn, Parts()).drawing.nodes
+        nodes = scenery(turn, ALL).drawing.nodes
         assert "/loads/rocker_bearing moment" in nodes and "/torsion/crank_bearing" in nodes
         assert ("/torsion/rocker_bearing" in nodes) == expected
-    alone = scenery(turn, Parts(loads=False)).drawing.nodes
+    alone = scenery(turn, ALL._replace(loads=False)).drawing.nodes
     assert "/torsion/rocker_bearing" in alone
 
 
 def test_the_axis_of_a_slide_is_its_stroke() -> None:
     turn = cd.Scene(cd.load("slider_crank"), drive="crank_bearing").sweep(np.linspace(0.0, 6.0, 25))
-    drawn = scenery(turn, dataclasses.replace(NONE, axes=True)).drawing
+    drawn = scenery(turn, NONE._replace(axes=True)).drawing
     (surface,) = (item.surface for item in drawn.objects if item.path == "/axes/piston_guide")
     position, thick = turn.motion.position("piston_guide"), 0.005 * drawn.size
     heights = drawn.size * surface[0][:, 2]
@@ -122,7 +122,7 @@ def test_the_axis_of_a_slide_is_its_stroke() -> None:
 
 
 def test_what_swings_as_in_a_mode_is_not_drawn_as_driven(loaded_turn: cd.Sweep) -> None:
-    parts = dataclasses.replace(NONE, loads=True)
+    parts = NONE._replace(loads=True)
     samples = np.arange(len(loaded_turn))
     swinging = build(loaded_turn, (), parts, samples, frozenset({"bearing_in"}))
     assert "drive" not in roots(swinging) and "drive" in roots(scenery(loaded_turn, parts))
@@ -142,12 +142,12 @@ def test_the_rounding_of_moments_is_not_drawn_beside_forces() -> None:
     down = at_zero(mechanism)[1].rotation @ [-3.6, -4.8, -8.0]
     turn = cd.Scene(mechanism, drive="guide", gravity=down).sweep(np.linspace(0.0, 1.0, 25))
     assert 0.0 < np.max(np.abs(turn["guide"].moment)) < 1e-12
-    drawn = scenery(turn, dataclasses.replace(NONE, forces=True, moments=True))
+    drawn = scenery(turn, NONE._replace(forces=True, moments=True))
     assert roots(drawn) == {*BODIES, "axial"}
 
 
 def test_legend_names_what_is_drawn(loaded_turn: cd.Sweep) -> None:
-    scene = scenery(loaded_turn, Parts())
+    scene = scenery(loaded_turn, ALL)
     legend = {item.color: item.text for item in scene.drawing.legend}
     assert "torsion" in legend[COLORS["torsion"].css] and "bending" in legend[COLORS["bending"].css]
     assert legend[LOOP.css] == "joint that closes a loop" and legend[LOAD.css].startswith(
@@ -159,19 +159,19 @@ def test_legend_names_what_is_drawn(loaded_turn: cd.Sweep) -> None:
     colors = {item.text: item.color for item in scene.drawing.labels}
     assert set(colors) == set(loaded_turn.outputs)
     assert colors["pin_out"] == LOOP.css != colors["bearing_in"]
-    without_loop = scenery(loaded_turn, Parts(), ("bearing_in",))
+    without_loop = scenery(loaded_turn, ALL, ("bearing_in",))
     assert LOOP.css not in {item.color for item in without_loop.drawing.legend}
 
 
 def test_arrows_are_as_long_as_their_scale_says(loaded_turn: cd.Sweep) -> None:
-    scene = scenery(loaded_turn, Parts(traces=False))
+    scene = scenery(loaded_turn, ALL._replace(traces=False))
     (scale,) = (item for item in scene.scales if item.kind == "moment")
     (length,) = np.unique(placed(scene.drawing, "/torsion/bearing_in")["scale"])
     assert length * scale.per_metre == pytest.approx(abs(loaded_turn["bearing_in"].torsion[0]))
 
 
 def test_the_camera_sees_arrows_and_axes(loaded_turn: cd.Sweep) -> None:
-    bare, full = (scenery(loaded_turn, parts).points for parts in (NONE, Parts()))
+    bare, full = (scenery(loaded_turn, parts).points for parts in (NONE, ALL))
     assert np.min(full[:, 0]) < np.min(bare[:, 0])
     assert np.max(full[:, 2]) > np.max(bare[:, 2])
 
@@ -192,7 +192,7 @@ def test_bearings_carry_what_moves_on_what_stands_still(loaded_turn: cd.Sweep) -
 
 def test_bearings_of_a_still_are_on_the_ground() -> None:
     still = Still(cd.assemble(cd.load("four_bar"), near={"crank_bearing": 0.7}))
-    scene = build(still, still.outputs, Parts(), np.arange(1))
+    scene = build(still, still.outputs, ALL, np.arange(1))
     assert scene.bearings == ("crank_bearing", "rocker_bearing")
 
 
@@ -200,7 +200,7 @@ def test_drives_and_gravity_are_arrows() -> None:
     mechanism = cd.load("stewart_platform")
     legs = [f"leg_{k}" for k in range(1, 7)]
     turn = cd.Scene(mechanism, drive=legs, gravity=(0.0, 3.0, -4.0)).sweep(np.zeros((25, 6)))
-    scene = scenery(turn, dataclasses.replace(NONE, loads=True))
+    scene = scenery(turn, NONE._replace(loads=True))
     drawn = {item.path for item in scene.drawing.objects}
     assert {"/loads/gravity", *(f"/drive/{leg}" for leg in legs)} <= drawn
     for path, direction in (
@@ -216,7 +216,7 @@ def test_drives_and_gravity_are_arrows() -> None:
 
 
 def test_a_drive_that_turns_is_an_arc_about_its_axis(loaded_turn: cd.Sweep) -> None:
-    scene = scenery(loaded_turn, dataclasses.replace(NONE, loads=True))
+    scene = scenery(loaded_turn, NONE._replace(loads=True))
     pose = placed(scene.drawing, "/drive/bearing_in")
     axis = Rotation.from_quat(pose["quaternion"]).apply([0.0, 0.0, 1.0])
     joint = loaded_turn.mechanism.joints["bearing_in"]
@@ -225,7 +225,7 @@ def test_a_drive_that_turns_is_an_arc_about_its_axis(loaded_turn: cd.Sweep) -> N
 
 
 def test_only_shafts_in_fixed_bearings_have_traces(loaded_turn: cd.Sweep) -> None:
-    nodes = scenery(loaded_turn, dataclasses.replace(NONE, traces=True)).drawing.nodes
+    nodes = scenery(loaded_turn, NONE._replace(traces=True)).drawing.nodes
     traced = {path.split("/")[2] for path in nodes if path.startswith("/traces/")}
     # The bearing of the output is carried by the joint angle, which is held, and stands still as
     # well; the cross is carried by a shaft that turns.
@@ -237,7 +237,7 @@ def test_a_moment_along_its_axis_leaves_no_trace() -> None:
         cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -60.0}
     ).sweep(np.linspace(0.0, 6.0, 25))
     assert np.ptp(turn["crank_bearing"].torsion) > 1.0
-    assert roots(scenery(turn, dataclasses.replace(NONE, traces=True))) == BODIES
+    assert roots(scenery(turn, NONE._replace(traces=True))) == BODIES
 
 
 def test_points_move_on_their_paths() -> None:

@@ -291,6 +291,6 @@ function drawTriad() {
     const far = Math.hypot(x, y) || 1, beyond = (Math.max(far, 6) + 8) / far;
     text.setAttribute("x", (x * beyond).toFixed(1));
     text.setAttribute("y", (y * beyond + 4).toFixed(1));
-    text.style.opacity = Math.hypot(x, y) < 3 ? 0 : 1;
+    text.style.opacity = far < 3 ? 0 : 1;
   }
 }

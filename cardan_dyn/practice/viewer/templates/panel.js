@@ -152,9 +152,9 @@ function reveal(option) {
 }
 
 function tellChoice(joint, link) {
-  const details = byId("details");
+  const details = byId("details"), chosen = joint || link;
   details.replaceChildren();
-  byId("chosen-title").textContent = joint ? joint.name : link ? link.name : "Nothing selected";
+  byId("chosen-title").textContent = chosen ? chosen.name : "Nothing selected";
   byId("sign").textContent = "";
   if (joint) {
     const stroke = joint.stroke.length ? `, stroke ${spanOf(joint.stroke, "m")}` : "";
@@ -176,7 +176,7 @@ function tellChoice(joint, link) {
     details.append(make("p", {}, "Click on a joint or a link, or choose one in the list."));
   }
   drawGraphs(joint);
-  byId("told").textContent = joint || link ? `${(joint || link).name} selected` : "";
+  byId("told").textContent = chosen ? `${chosen.name} selected` : "";
 }
 
 // What is shown.
