@@ -8,6 +8,7 @@ from typing import Unpack
 import numpy as np
 
 from ..kit.arrays import Array
+from ..kit.checks import names
 from ..kit.errors import ArgumentError
 from .orders import EVEN
 from .style import (
@@ -15,10 +16,9 @@ from .style import (
     Figure,
     Onto,
     Swept,
-    angle_axis,
     drive_of,
     in_look,
-    names,
+    over,
     sheet,
 )
 from .wrenches import along, wrench_panels
@@ -54,8 +54,8 @@ def over_angle(
         ArgumentError: unknown quantity, a sweep over several dimensions, or another number of axes.
     """
     at = along(turn, drive_of(turn, drive))
-    given = names(quantities, "quantities")
-    return wrench_panels(turn, names(joints), at, given, peaks=peaks, **onto)
+    given = names("quantities", quantities)
+    return wrench_panels(turn, names("joints", joints), at, given, peaks=peaks, **onto)
 
 
 @in_look
@@ -107,7 +107,7 @@ def ratio_and_angle_error(
         at.draw(ratio, {label: turn.motion.ratio(output, drives[-1])}, first + index)
         at.draw(lead, {label: np.rad2deg(error - _mean(error, angle))}, first + index)
         angles.append(angle)
-    angle_axis(lead, f"{', '.join(dict.fromkeys(drives))} [°]", np.concatenate(angles))
+    over(", ".join(dict.fromkeys(drives)), np.concatenate(angles), "rad").name(lead)
     ratio.set_ylabel("speed ratio ω₂/ω₁ [–]")
     lead.set_ylabel("angle error φ₂ − φ₁ [°]")
     return drawn.finish(columns=3)

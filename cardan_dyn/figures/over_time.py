@@ -8,8 +8,9 @@ from typing import Unpack
 import numpy as np
 
 from ..kit.arrays import Array
+from ..kit.checks import names
 from ..kit.errors import ArgumentError
-from .style import Abscissa, Figure, Onto, Swept, in_look, names, over, refuse_grid, sheet
+from .style import Abscissa, Figure, Onto, Swept, in_look, over, refuse_grid, sheet
 from .wrenches import wrench_panels
 
 
@@ -40,8 +41,8 @@ def over_time(
         ArgumentError: unknown quantity, a sweep without times, or one over several dimensions;
             another number of axes.
     """
-    at, given = times_of(turn), names(quantities, "quantities")
-    return wrench_panels(turn, names(joints), at, given, peaks=peaks, **onto)
+    at, given = times_of(turn), names("quantities", quantities)
+    return wrench_panels(turn, names("joints", joints), at, given, peaks=peaks, **onto)
 
 
 @in_look

@@ -11,11 +11,6 @@ from ..kit.arrays import NOTHING, Array
 from ..kit.quantities import amount
 from .style import SMALL, Axes, width_of
 
-_MOST_LINES = 2
-"""Lines in axes up to which their peaks are labelled without being asked for."""
-_FEWEST = 8
-"""Points of a line from which on that is done: of fewer, each is seen."""
-
 
 def label_peaks(
     panel: Axes,
@@ -39,7 +34,8 @@ def label_peaks(
             the greater one by size, where there are few lines.
         scale: size beside which lines are rounding, and have no peaks.
     """
-    if peaks is False or (peaks is None and len(panel.get_lines()) > _MOST_LINES):
+    # Unasked, those of two lines at most are labelled.
+    if peaks is False or (peaks is None and len(panel.get_lines()) > 2):
         return
     low, high = panel.get_ylim()
     written: list[Any] = []
@@ -50,7 +46,8 @@ def label_peaks(
         x, y = (np.asarray(values, dtype=float) for values in line.get_data())
         if np.max(np.abs(np.nan_to_num(y)), initial=0.0) <= NOTHING * scale:
             continue
-        for place in _extremes(y, both=bool(peaks), fewest=1 if peaks else _FEWEST):
+        # Of fewer points than eight, each is seen.
+        for place in _extremes(y, both=bool(peaks), fewest=1 if peaks else 8):
             # Above or below: where the line itself is not.
             side = 1.0 if y[place] >= 0.5 * (np.nanmax(y) + np.nanmin(y)) else -1.0
             panel.scatter(x[place], y[place], s=16, color=line.get_color(), zorder=3)

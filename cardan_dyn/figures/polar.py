@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
 from typing import Unpack
 
 import numpy as np
 
 from ..kit.arrays import NOTHING, Array
+from ..kit.checks import names
 from ..kit.errors import ArgumentError, choices
 from ..kit.quantities import amount
 from .style import (
@@ -20,7 +22,6 @@ from .style import (
     drive_of,
     in_look,
     line_style,
-    names,
     plain,
     refuse_grid,
     sheet,
@@ -122,7 +123,7 @@ def forces_in_place(
     """
     refuse_grid(turn)
     columns = columns_of(plane)
-    wrenches = {name: turn.wrench(name, "world") for name in names(joints)}
+    wrenches = {name: turn.wrench(name, "world") for name in names("joints", joints)}
     forces = {name: wrench.force[:, columns] for name, wrench in wrenches.items()}
     opened = [name for name, wrench in wrenches.items() if not determined(wrench, "force", columns)]
     greatest = max(
@@ -176,7 +177,7 @@ def _diagrams(
     **onto: Unpack[Onto],
 ) -> Figure:
     """Draw a force or a moment, `quantity`, with one diagram per joint and frame."""
-    shown = [(joint, frame) for joint in names(joints) for frame in names(frames)]
+    shown = [*product(names("joints", joints), names("frames", frames))]
     if not shown:
         raise ArgumentError("name a joint and axes whose diagram is drawn")
     columns = min(len(shown), 3 if len(shown) > 4 else 2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from pathlib import Path
 from typing import Any, NamedTuple, TypedDict, TypeVar
@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 
 from ..kit.arrays import NOTHING, Array
 from ..kit.checks import described, file_path, positive, writing
-from ..kit.checks import names as checked_names
 from ..kit.errors import ArgumentError, MissingExtraError
 from ..kit.quantities import unit_of
 
@@ -526,26 +525,14 @@ _UNDATED = {
 differ."""
 
 
-def angle_axis(axes: Axes, label: str, position: Array) -> None:
-    """Make the abscissa an angle in degrees, with a tick every 45° over one turn."""
-    axes.set_xlabel(label)
-    low, high = (float(np.rad2deg(end)) for end in (np.min(position), np.max(position)))
-    if low == high:
-        return  # A single position: matplotlib leaves room on both sides of it.
-    axes.set_xlim(low, high)
-    ticks = 45.0 * np.arange(np.ceil(low / 45.0 - NOTHING), high / 45.0 + NOTHING)
-    if 4 <= len(ticks) <= 9:
-        axes.set_xticks(ticks)
-
-
 class Abscissa(NamedTuple):
     """What a figure is drawn over.
 
     Attributes:
         values: as they are drawn `(N,)`: angles in degrees.
         label: of the axis, with its unit.
-        kind: `angle`, whose ticks are parts of a turn, `range`, which ends where its values do, or
-            empty.
+        kind: `angle`, with a tick every 45° over one turn, or `range`, which both end where the
+            values do; or empty.
     """
 
     values: Array
@@ -590,13 +577,14 @@ class Abscissa(NamedTuple):
 
     def name(self, panel: Axes) -> None:
         """Write the label at axes, and limit them."""
-        if self.kind == "angle":
-            angle_axis(panel, self.label, np.deg2rad(self.values))
-            return
         panel.set_xlabel(self.label)
         low, high = float(np.min(self.values)), float(np.max(self.values))
-        if self.kind == "range" and low < high:
-            panel.set_xlim(low, high)
+        if not self.kind or low == high:
+            return  # Of a single position matplotlib leaves room on both sides.
+        panel.set_xlim(low, high)
+        ticks = 45.0 * np.arange(np.ceil(low / 45.0 - NOTHING), high / 45.0 + NOTHING)
+        if self.kind == "angle" and 4 <= len(ticks) <= 9:
+            panel.set_xticks(ticks)
 
 
 def over(name: str, values: ArrayLike, unit: str) -> Abscissa:
@@ -620,15 +608,6 @@ def speeds(speed: ArrayLike, kind: str = "range") -> Abscissa:
 def thinned(count: int, points: int = POINTS) -> slice:
     """Return which of `count` samples are drawn, evenly chosen, for about so many points."""
     return slice(None, None, max(1, (count - 1) // max(points, 1)))
-
-
-def names(joints: str | Sequence[str], label: str = "joints") -> list[str]:
-    """Return one name or several as a list.
-
-    Raises:
-        ArgumentError: it is anything else.
-    """
-    return list(checked_names(label, joints))
 
 
 def refuse_grid(turn: Swept) -> None:

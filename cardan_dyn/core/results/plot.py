@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from ...kit.arrays import Array
-from ...kit.checks import described
+from ...kit.checks import described, names
 from ...kit.errors import ArgumentError, choices
 from .case_line import case_line
 from .limits import effort_limits, efforts
@@ -288,7 +288,7 @@ class MotionPlot(Plot):
             driven = [key for key in known if key.endswith("drive_effort") and known[key][0].any()]
             shown = columns or driven
             return super().__call__(*shown, x=x, label=label, xlabel=xlabel, **options)
-        from ...figures.style import in_look, names, refuse_grid
+        from ...figures.style import in_look, refuse_grid
         from ...figures.wrenches import wrench_panels
 
         refuse_grid(turn)
@@ -298,7 +298,7 @@ class MotionPlot(Plot):
             if len(joints) > 1:
                 raise ArgumentError("label is that of one joint: name one, or leave label out")
             line["label"] = label if isinstance(label, str) else label[0]
-        drawn = names(quantities, "quantities") if quantities else ()
+        drawn = names("quantities", quantities) if quantities else ()
         others = [name for name in turn.outputs if name not in joints and not columns]
         return in_look(wrench_panels)(
             turn,
@@ -384,10 +384,9 @@ class MotionPlot(Plot):
             ArgumentError: `of` is neither.
         """
         from ...figures.polar import force_polar, moment_polar
-        from ...figures.style import names
 
         kinds = {"moment": moment_polar, "force": force_polar}
-        drawn = names(joints) if joints else list(self._bearings())
+        drawn = names("joints", joints) if joints else list(self._bearings())
         if of and of not in kinds:
             raise ArgumentError(f"of is {described(of)}; it is {choices(kinds)}")
         kind = kinds[of or self._most_asked(drawn)]

@@ -14,10 +14,10 @@ from ...figures.style import (
     Figure,
     Into,
     Size,
-    angle_axis,
     heading,
     in_look,
     line_style,
+    over,
     plain,
     rows_of,
     sheet,
@@ -390,7 +390,7 @@ def over_angle(
         panel.set_ylabel(label)
         panel.ticklabel_format(axis="y", useOffset=False)
         panel.legend(fontsize=SMALL, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    angle_axis(drawn.panels[-1], "rotation of the input shaft [°]", analysis.position)
+    over("rotation of the input shaft", analysis.position, "rad").name(drawn.panels[-1])
     return drawn.finish(title or plain(analysis.name), 0, open_note(analysis))
 
 

@@ -188,6 +188,8 @@ def test_a_mechanism_without_forces_is_drawn(joint_without_load: cd.Sweep, tmp_p
 def test_wrong_names_are_refused(joint_turn: cd.Sweep) -> None:
     with pytest.raises(cd.ArgumentError, match="frame 'fixed' is unknown"):
         figures.moment_polar(joint_turn, "bearing_in", "fixed")
+    with pytest.raises(cd.ArgumentError, match="frames is 3, expected a name"):
+        figures.moment_polar(joint_turn, "bearing_in", 3)  # type: ignore[arg-type]
     with pytest.raises(
         cd.ArgumentError, match="plane 'xx' is unknown; planes: xy, xz, yx, yz, zx, zy"
     ):

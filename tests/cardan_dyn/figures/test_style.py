@@ -149,7 +149,7 @@ def test_a_suffix_is_the_format_and_files_of_one_figure_are_the_same(
 )
 def test_ticks_of_a_turn_are_multiples_of_45(low: float, high: float, ticks: list[int]) -> None:
     _, axes = style.axes_grid()
-    style.angle_axis(axes, "angle [°]", np.deg2rad([high, low]))
+    style.over("angle", np.deg2rad([high, low]), "rad").name(axes)
     np.testing.assert_allclose(axes.get_xticks(), ticks, atol=1e-9)
     np.testing.assert_allclose(axes.get_xlim(), (low, high))
     assert axes.get_xlabel() == "angle [°]"
@@ -158,7 +158,7 @@ def test_ticks_of_a_turn_are_multiples_of_45(low: float, high: float, ticks: lis
 @pytest.mark.parametrize(("low", "high"), [(0.0, 20.0), (0.0, 3600.0)])
 def test_other_ranges_keep_matplotlibs_ticks(low: float, high: float) -> None:
     _, axes = style.axes_grid()
-    style.angle_axis(axes, "angle [°]", np.deg2rad([low, high]))
+    style.over("angle", np.deg2rad([low, high]), "rad").name(axes)
     assert not np.all(axes.get_xticks() % 45.0 == 0.0)
     assert len(axes.get_xticks()) < 20
 
@@ -166,7 +166,7 @@ def test_other_ranges_keep_matplotlibs_ticks(low: float, high: float) -> None:
 def test_a_single_angle_has_room_on_both_sides() -> None:
     _, axes = style.axes_grid()
     axes.plot([30.0], [1.0], "o")
-    style.angle_axis(axes, "angle [°]", np.deg2rad([30.0]))
+    style.over("angle", np.deg2rad([30.0]), "rad").name(axes)
     low, high = axes.get_xlim()
     assert low < 30.0 < high
 
@@ -176,11 +176,6 @@ def test_points_are_thinned_evenly(count: int, points: int, shown: int) -> None:
     chosen = np.arange(count)[style.thinned(count, points)]
     assert len(chosen) == shown
     assert chosen[0] == 0 and len(set(np.diff(chosen))) == 1
-
-
-def test_one_name_is_a_list_of_one() -> None:
-    assert style.names("pin") == ["pin"]
-    assert style.names(("a", "b")) == ["a", "b"]
 
 
 def test_the_first_drive_is_the_default(joint_turn: cd.Sweep) -> None:

@@ -9,9 +9,9 @@ from ....figures.style import (
     Figure,
     Into,
     Size,
-    angle_axis,
     in_look,
     line_style,
+    over,
     plain,
     point_style,
     sheet,
@@ -70,7 +70,7 @@ def contact_course(
     axes.plot(np.rad2deg(position), course.force, **look, label="simulated, with clearance")
     if scanned is not None:
         _beside(axes, scanned.by_bearing().get(joint) or scanned[joint], scanned.speed, position)
-    angle_axis(axes, f"rotation of {simulation.drive}, all turns counted [°]", position)
+    over(f"rotation of {simulation.drive}, all turns counted", position, "rad").name(axes)
     axes.set_ylabel(f"force in {plain(joint)} [N]")
     axes.set_ylim(bottom=0.0)
     return drawn.finish(title, 3)

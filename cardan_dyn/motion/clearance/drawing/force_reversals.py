@@ -16,12 +16,12 @@ from ....figures.style import (
     Size,
     in_look,
     line_style,
-    names,
     plain,
     sheet,
     wrapped,
 )
 from ....kit.arrays import Array
+from ....kit.checks import names
 from ....kit.errors import ArgumentError
 from ..scan_results import ForceReversal, JointScan, Scan
 
@@ -59,7 +59,7 @@ def force_reversals(
     Source:
         Dresig and Thümmel, Bild 1.
     """
-    wanted = scanned.ranking if joints is None else names(joints)
+    wanted = scanned.ranking if joints is None else names("joints", joints)
     shown = [item for name in wanted for item in scanned[name].by_bearing().values()]
     columns = min(len(shown), 3 if len(shown) > 4 else 2) or 1
     rows = -(-len(shown) // columns) or 1

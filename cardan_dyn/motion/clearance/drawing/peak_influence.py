@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....figures.style import Figure, Into, Size, in_look, line_style, names, point_style, sheet
+from ....figures.style import Figure, Into, Size, in_look, line_style, point_style, sheet
+from ....kit.checks import names
 from ....kit.errors import ArgumentError
 from ..impact_model import ImpactModel
 from ..influences import PARAMETERS, influence
@@ -54,7 +55,7 @@ def peak_influence(
         Dresig and Thümmel, Bild 8.
     """
     shown = dict(of) if isinstance(of, Mapping) else {"": of}
-    wanted = names(parameters)
+    wanted = names("parameters", parameters)
     if not shown or not wanted:
         raise ArgumentError("there is no reversal or no parameter to be drawn")
     columns = min(len(wanted), 3)

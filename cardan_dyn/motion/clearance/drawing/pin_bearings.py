@@ -8,10 +8,10 @@ from ....figures.style import (
     Figure,
     Into,
     Size,
-    angle_axis,
     curve_style,
     in_look,
     line_style,
+    over,
     plain,
     sheet,
 )
@@ -57,7 +57,7 @@ def pin_forces(
                 label=label,
             )
     axes.set_ylabel("force across the pin [N]")
-    angle_axis(axes, "drive [°]", scanned.position)
+    over("drive", scanned.position, "rad").name(axes)
     return drawn.finish(title, 3)
 
 
