@@ -7,6 +7,7 @@ import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
+from inspect import signature
 from pathlib import Path
 from typing import Any, NamedTuple, TypedDict, TypeVar
 from weakref import WeakSet
@@ -16,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ..kit.arrays import NOTHING, Array
 from ..kit.checks import described, file_path, positive, writing
-from ..kit.errors import ArgumentError, MissingExtraError
+from ..kit.errors import ArgumentError, MissingExtraError, choices
 from ..kit.quantities import unit_of
 
 Figure = Any
@@ -143,10 +144,17 @@ def in_look(draw: _Draw) -> _Draw:
 
     Raises:
         MissingExtraError: matplotlib is not installed.
+        ArgumentError: neither the function nor `Onto` has such an option.
     """
+    own = {*signature(draw).parameters}
+    known = own - {"onto"} | {*Onto.__annotations__}
 
     @wraps(draw)
     def drawn(*arguments: Any, **options: Any) -> Any:
+        for name in options if "onto" in own else ():
+            if name not in known:
+                said = f"no option {name!r} of {draw.__name__}"
+                raise ArgumentError(f"{said}; options: {choices(sorted(known), name)}")
         require_matplotlib()
         import matplotlib
 

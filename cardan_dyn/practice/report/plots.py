@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ...core.results.plot import Plot, own_options
+from ...core.results.plot import Plot
 from ...kit.errors import ArgumentError, choices
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ class ReportPlot(Plot):
                 needed.
         """
         cases = self._result.cases
-        own = own_options(options, "x")
         if not all(report.drives for report in cases.reports):
             raise ArgumentError("no figure over what moves: a case drives nothing")
         known: dict[str, Extreme] = {}
@@ -62,4 +61,4 @@ class ReportPlot(Plot):
             )
         from .courses import courses  # Imported here: it needs matplotlib.
 
-        return courses(cases, told, **own)
+        return courses(cases, told, **options)

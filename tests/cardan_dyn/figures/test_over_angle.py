@@ -174,3 +174,12 @@ def test_sweeps_whole_turns_apart_lie_over_each_other(joint: cd.Mechanism) -> No
         first, sixth = panel.get_lines()
         np.testing.assert_allclose(first.get_xdata(), sixth.get_xdata(), atol=1e-9)
         np.testing.assert_allclose(first.get_ydata(), sixth.get_ydata(), atol=1e-9)
+
+
+@pytest.mark.parametrize("option", ["peak", "colour"])
+def test_options_that_a_figure_has_not_are_told_with_those_that_it_has(
+    joint_turn: cd.Sweep, option: str
+) -> None:
+    told = rf"no option '{option}' of over_angle; options: .*figsize.*peaks.*title"
+    with pytest.raises(cd.ArgumentError, match=told):
+        figures.over_angle(joint_turn, "bearing_in", **{option: True})  # type: ignore[arg-type]
