@@ -6,7 +6,7 @@ come from `analytic`, which does not use Pinocchio.
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -109,7 +109,7 @@ def of_shaft(turn: Sweep) -> dict[str, Pair]:
 
 def run() -> Comparisons:
     """Compare both bundled descriptions at all `BETAS_DEG`."""
-    errors: dict[_Key, dict[float, float]] = {}
+    errors: dict[tuple[str, str, str, float], dict[float, float]] = {}
     for scene, name, pairs in (
         ("universal joint", "universal_joint", of_joint),
         ("double shaft", "double_shaft_z", of_shaft),
@@ -140,7 +140,3 @@ def run() -> Comparisons:
 def deviation(computed: Array, reference: Array) -> float:
     """Return the greatest deviation of values from a reference, relative to its greatest value."""
     return float(np.max(np.abs(computed - reference)) / np.max(np.abs(reference)))
-
-
-_Key: TypeAlias = tuple[str, str, str, float]
-"""What is compared: scene, quantity, source, tolerance."""
