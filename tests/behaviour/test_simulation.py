@@ -10,6 +10,7 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
+from testkit.constrained import closure_error
 from testkit.simulated import (
     ABOUT_PIN,
     GRAVITY,
@@ -23,7 +24,6 @@ from testkit.simulated import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.motion.simulation.constrained_model import ConstrainedModel
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 
@@ -70,12 +70,10 @@ def test_loops_stay_closed_over_a_hundred_turns(joint: cd.Mechanism, degrees: fl
     end = SpinningJoint(np.deg2rad(degrees)).time_of(SPEED, 100.0)
     turned = scene.simulate(end, speed=SPEED, method="DOP853", rtol=1e-9)
     rows = turned._rows
-    held = joint.coordinates.rates_of(("joint_angle",))
-    model = ConstrainedModel(joint, held, np.zeros(3), rows.x[0])
-    assert max(model.closure_error(x) for x in rows.x) < 1e-13
+    assert max(closure_error(joint, x) for x in rows.x) < 1e-13
     times = np.random.default_rng(0).uniform(0.0, end, 200)
     some = turned.at(times)
-    assert max(model.closure_error(x) for x in some._rows.x) < 1e-13
+    assert max(closure_error(joint, x) for x in some._rows.x) < 1e-13
     # A sweep counts the turns of its drive, whose rounding it cannot tell from a position.
     rounding = np.finfo(float).eps * 200.0 * np.pi * float(np.max(some.condition))
     assert some.loop_residual < rounding

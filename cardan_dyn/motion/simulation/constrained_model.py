@@ -99,12 +99,6 @@ class ConstrainedModel:
             for model, chain in zip(self.chains, chains, strict=True)
         ]
 
-    def accelerations(
-        self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
-    ) -> Array:
-        """Return the accelerations `(nv,)` alone, see `rates`."""
-        return self.rates(x, v, efforts, prescribed)[len(x) :]
-
     def rates(
         self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
     ) -> Array:
@@ -134,11 +128,6 @@ class ConstrainedModel:
         """Return the gap of the weakest chain in a singular configuration near coordinates."""
         model, columns, *_ = min(self._parts, key=lambda part: part[0].weakness(x[part[1]]))
         return model.singular_gap(x[columns])
-
-    def closure_error(self, x: Array) -> float:
-        """Return the greatest closure error, see `ConstrainedChain`."""
-        errors = [model.closure_error(x[columns]) for model, columns, *_ in self._parts]
-        return max(errors, default=0.0)
 
 
 class Chain(NamedTuple):
@@ -435,7 +424,8 @@ class ConstrainedChain:
     def singular_gap(self, x: Array) -> float:
         """Return the closure error in the singular configuration near coordinates `(size,)`.
 
-        As `closure_error`; it is one of the mechanism if there is none.
+        An angle [rad] or a gap as a fraction of the length; it is one of the mechanism if there is
+        none.
         """
         return self._by_rank.singular_gap(x * self._of_positions)
 
@@ -477,11 +467,6 @@ class ConstrainedChain:
         x, v = x * self._of_positions, v * self._of_rates
         x, v = self._by_rank.closed(x, v, strong_alone=strong_alone)
         return x / self._of_positions, v / self._of_rates
-
-    def closure_error(self, x: Array) -> float:
-        """Return the greatest closure error: angle [rad], or gap as a fraction of the length."""
-        gaps, _ = self._every.gaps(x * self._of_positions)
-        return float(np.max(np.abs(gaps), initial=0.0))
 
 
 class _Elsewhere(NamedTuple):

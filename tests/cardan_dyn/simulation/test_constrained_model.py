@@ -7,6 +7,7 @@ import copy
 import numpy as np
 import pinocchio as pin
 import pytest
+from testkit.constrained import accelerations, closure_error
 from testkit.linkages import coupling, four_bar, gears, loop
 from testkit.many import in_one
 from testkit.scaling import in_lengths
@@ -35,7 +36,7 @@ def test_accelerations_are_those_of_pinocchio_by_hand(joint: cd.Mechanism) -> No
         expected, *_ = forward_accelerations(joint, turn, sample, {"bearing_out": -2.0})
         efforts = np.zeros(model.mechanism.model.nv)
         efforts[joint.coordinates.named["bearing_out"].rate] = -2.0
-        found = model.accelerations(turn.motion.x[sample], turn.motion.v[sample], efforts)
+        found = accelerations(model, turn.motion.x[sample], turn.motion.v[sample], efforts)
         # Both by proximal iterations; the oracle's end at residuals of 1e-14.
         np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10)
 
@@ -49,7 +50,7 @@ def test_what_is_prescribed_moves_as_it_is_told(joint: cd.Mechanism, prescribed:
     model = model_of(scene, turn, ("joint_angle",))
     none = np.zeros(model.mechanism.model.nv)
     told = np.array([prescribed])
-    a = model.accelerations(turn.motion.x[0], turn.motion.v[0], none, told)
+    a = accelerations(model, turn.motion.x[0], turn.motion.v[0], none, told)
     names = joint.coordinates.named
     assert a[names["joint_angle"].rate] == pytest.approx(prescribed, abs=1e-13)
     drives = [a[names[name].rate] for name in scene.drives]
@@ -72,7 +73,7 @@ def test_redundant_loops_and_weightless_links(is_light: bool) -> None:
     scene = cd.Scene(mechanism, drive="a", gravity=GRAVITY)
     turn = scene.sweep([0.7], [2.0])
     model = model_of(scene, turn)
-    a = model.accelerations(turn.motion.x[0], turn.motion.v[0], np.zeros(model.mechanism.model.nv))
+    a = accelerations(model, turn.motion.x[0], turn.motion.v[0], np.zeros(model.mechanism.model.nv))
     drive = a[mechanism.coordinates.named["a"].rate]
     needed = scene.sweep([0.7, 0.7], 2.0, [drive, 0.0]).drive_effort
     assert abs(needed[0]) < 1e-13 * abs(needed[1])
@@ -82,7 +83,7 @@ def test_couplings_are_obeyed_by_rates_of_all_orders() -> None:
     mechanism = cd.load(gears(coupling("m", "a", "b", -0.5), coupling("n", "b", "c", 3.0), third=1))
     model = ConstrainedModel(mechanism, [], np.zeros(3), mechanism.coordinates.neutral())
     efforts = np.array([0.7, 0.0, 0.0])
-    a = model.accelerations(np.zeros(3), np.zeros(3), efforts)
+    a = accelerations(model, np.zeros(3), np.zeros(3), efforts)
     # Inertias 0.025 about the axes, masses at the centres: ratios 1, -0.5, -1.5.
     ratios = np.array([1.0, -0.5, -1.5])
     np.testing.assert_allclose(a, 0.7 / (0.025 * ratios @ ratios) * ratios, rtol=1e-13)
@@ -101,13 +102,16 @@ def test_loops_that_drifted_are_closed_near_by(name: str) -> None:
     random = np.random.default_rng(3)
     plain = turning_model(mechanism)
     drifted = pin.integrate(plain, closed, 1e-4 * random.normal(size=mechanism.model.nv))
-    assert model.closure_error(drifted) > 1e-5
+    assert closure_error(model.mechanism, drifted) > 1e-5
     back, rates = model.closed(drifted, random.normal(size=mechanism.model.nv))
     # A few roundings of placements whose size is the characteristic length.
-    assert model.closure_error(back) < 2e-15
+    assert closure_error(model.mechanism, back) < 2e-15
     assert np.max(np.abs(back - drifted)) < 0.1
     # The gap opens by the square of a small step alone.
-    moved = [model.closure_error(pin.integrate(plain, back, step * rates)) for step in (1e-4, 1e-5)]
+    moved = [
+        closure_error(model.mechanism, pin.integrate(plain, back, step * rates))
+        for step in (1e-4, 1e-5)
+    ]
     assert moved[1] < 0.02 * moved[0]
 
 
@@ -130,7 +134,7 @@ def test_open_chains_have_nothing_to_close() -> None:
     model = ConstrainedModel(mechanism, [], GRAVITY, mechanism.coordinates.neutral())
     x = np.array([0.3, 0.4, 0.5])
     assert all(np.array_equal(item, x) for item in model.closed(x, x))
-    assert model.closure_error(x) == 0.0
+    assert closure_error(model.mechanism, x) == 0.0
 
 
 @pytest.mark.parametrize("size", [1e-6, 1e-3, 1e3, 1e6])
@@ -145,7 +149,7 @@ def test_the_size_of_a_mechanism_makes_no_difference(size: float) -> None:
         turn = scene.sweep([0.7], [2.0])
         model = model_of(scene, turn)
         rest = np.zeros(mechanism.model.nv)
-        a = model.accelerations(turn.motion.x[0], turn.motion.v[0], rest)
+        a = accelerations(model, turn.motion.x[0], turn.motion.v[0], rest)
         ratios.append(a[mechanism.coordinates.named["crank_bearing"].rate])
     assert ratios[1] == pytest.approx(ratios[0], rel=1e-12)
 
@@ -166,21 +170,21 @@ def test_copies_side_by_side_move_like_one_alone() -> None:
     x, v, efforts = turn.motion.x, turn.motion.v, np.linspace(-1.0, 1.0, 36).reshape(9, 4)
     model = ConstrainedModel(many, [], GRAVITY, together(x))
     assert len(model.chains) == 3
-    a = model.accelerations(together(x), together(v), together(efforts))[own]
+    a = accelerations(model, together(x), together(v), together(efforts))[own]
     for k in range(9):
         single = ConstrainedModel(alone, [], GRAVITY, x[k])
-        expected = single.accelerations(x[k], v[k], efforts[k])
+        expected = accelerations(single, x[k], v[k], efforts[k])
         np.testing.assert_allclose(a[k], expected, rtol=1e-11, atol=1e-11)
     # Told accelerations reach the right coordinates, whichever chain they are in.
     drives = sorted(many.coordinates.rates_of(["a_7", "a_1"]))
     model = ConstrainedModel(many, drives[::-1], GRAVITY, together(x))
     assert model.prescribed.tolist() == drives
-    a = model.accelerations(together(x), together(v), None, np.array([5.0, -3.0]))
+    a = accelerations(model, together(x), together(v), None, np.array([5.0, -3.0]))
     assert a[drives] == pytest.approx([5.0, -3.0], abs=1e-12)
     drifted = together(x) + 1e-5 * np.sin(np.arange(36))
     back, rates = model.closed(drifted, together(v))
-    assert model.closure_error(drifted) > 1e-6
-    assert model.closure_error(back) < 2e-15
+    assert closure_error(model.mechanism, drifted) > 1e-6
+    assert closure_error(model.mechanism, back) < 2e-15
     assert back[drives].tolist() == drifted[drives].tolist()
     assert rates[drives].tolist() == together(v)[drives].tolist()
 
