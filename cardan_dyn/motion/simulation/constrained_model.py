@@ -18,7 +18,7 @@ well the equations keep the rank that they have where loops are closed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
@@ -150,42 +150,34 @@ class Chain(NamedTuple):
 
 def chains_of(mechanism: Mechanism | WithBalls) -> list[Chain]:
     """Return the chains of a mechanism, small ones together."""
-    from scipy.sparse import coo_array  # Only simulations need it.
-    from scipy.sparse.csgraph import connected_components
-
     model = mechanism.model
     body_of = np.repeat(np.arange(model.njoints), list(model.nvs))
-    ends = [[body, int(model.parents[body])] for body in range(1, model.njoints)]
-    ends += [[loop.predecessor, loop.successor] for loop in mechanism.loops]
     coupled = [
-        body_of[[*item.predecessor_columns, *item.successor_columns]].tolist()
+        set(body_of[[*item.predecessor_columns, *item.successor_columns]].tolist())
         for item in mechanism.couplings
     ]
-    pairs = [(one, other) for one, *rest in (*ends, *coupled) for other in rest if one and other]
-    graph = np.array(pairs, dtype=int).reshape(-1, 2).T
-    shape = model.njoints, model.njoints
-    _, parts = connected_components(coo_array((np.ones(len(pairs)), graph), shape), directed=False)
-    chains: dict[int, list[int]] = {}
-    for body, part in enumerate(parts[1:].tolist(), start=1):
-        chains.setdefault(part, []).append(body)
+    ends = [{body, model.parents[body]} for body in range(1, model.njoints)]
+    ends += [{loop.predecessor, loop.successor} for loop in mechanism.loops]
+    chains: list[set[int]] = []
+    for bodies in (*ends, *coupled):
+        meeting = [chain for chain in chains if chain & bodies]
+        chains = [chain for chain in chains if not chain & bodies]
+        chains.append((bodies - {0}).union(*meeting))
     bundles: list[list[int]] = []
-    for bodies in chains.values():
-        if bundles and _size(mechanism, [*bundles[-1], *bodies]) <= _TOGETHER:
-            bundles[-1] += bodies
+    for chain in sorted(filter(None, chains), key=min):
+        together = [*bundles[-1], *chain] if bundles else []
+        if together and sum(model.nvs[body] for body in together) <= _TOGETHER:
+            bundles[-1] = together
         else:
-            bundles.append(bodies)
+            bundles.append([*chain])
     return [
         _chain(
             mechanism,
             sorted(bodies),
-            [index for index, own in enumerate(coupled) if set(own).issubset(bodies)],
+            [index for index, own in enumerate(coupled) if own.issubset(bodies)],
         )
         for bodies in bundles
     ]
-
-
-def _size(mechanism: Mechanism | WithBalls, bodies: list[int]) -> int:
-    return sum(int(mechanism.model.nvs[body]) for body in bodies)
 
 
 def _chain(mechanism: Mechanism | WithBalls, bodies: list[int], couplings: list[int]) -> Chain:
@@ -279,12 +271,22 @@ class ConstrainedChain:
 
         self._every = every = directions(self.model.nv)
 
+        def moved(ways: Array) -> list[Array]:
+            return [pinocchio.integrate(self.model, state, way) for way in ways]
+
         def measured() -> _Elsewhere:
-            elsewhere = _Elsewhere.around(every, state)
-            close = directions(elsewhere.rank).closed
-            return elsewhere.where_closed(
-                every, state, lambda x: close(x, np.zeros(every.model.nv))[0]
-            )
+            ways = np.random.default_rng(1).uniform(-1.0, 1.0, (CONFIGURATIONS, self.model.nv))
+            anywhere = _Elsewhere.at(every, moved(ways))
+            if every.rank(state) == anywhere.rank:
+                return anywhere
+            # Some may be redundant where loops are closed, and there alone.
+            ways = np.zeros((CONFIGURATIONS - 1, self.model.nv))
+            ways[:, every.free] = np.random.default_rng(0).normal(size=ways[:, every.free].shape)
+            close, rest = directions(anywhere.rank).closed, np.zeros(self.model.nv)
+            places = [close(place, rest)[0] for place in moved(AROUND * ways)]
+            # The state itself may be singular.
+            closed = _Elsewhere.at(every, [state, *places])
+            return anywhere if closed.rank == anywhere.rank else closed
 
         bodies, kept = tuple(chain.bodies), mechanism.kept
         place = bodies, self.prescribed.tobytes(), state.tobytes()
@@ -483,35 +485,12 @@ class _Elsewhere(NamedTuple):
     typical: float
 
     @staticmethod
-    def at(every: ClosedDirections, places: Array) -> _Elsewhere:
+    def at(every: ClosedDirections, places: list[Array]) -> _Elsewhere:
         """Look at configurations."""
         values = [every.singular_values(place) for place in places]
         rank = max(map(rank_of, values))
-        if not rank:
-            return _Elsewhere(places, 0, 1.0)
-        parts = [item[rank - 1] / item[0] for item in values if rank_of(item) == rank]
-        return _Elsewhere(places, rank, float(np.median(parts)))
-
-    @staticmethod
-    def around(every: ClosedDirections, state: Array) -> _Elsewhere:
-        """Look at some configurations about a state, whether or not loops are closed there."""
-        random = np.random.default_rng(1)
-        ways = random.uniform(-1.0, 1.0, size=(CONFIGURATIONS, every.model.nv))
-        places = [pinocchio.integrate(every.model, state, way) for way in ways]
-        return _Elsewhere.at(every, np.array(places))
-
-    def where_closed(
-        self, every: ClosedDirections, state: Array, closed: Callable[[Array], Array]
-    ) -> _Elsewhere:
-        """Return equations where loops are closed, if some are redundant there alone."""
-        if every.rank(state) == self.rank:
-            return self
-        # The state itself may be singular.
-        ways = np.zeros((CONFIGURATIONS - 1, every.model.nv))
-        ways[:, every.free] = np.random.default_rng(0).normal(size=(len(ways), every.free.size))
-        moved = [closed(pinocchio.integrate(every.model, state, AROUND * way)) for way in ways]
-        found = _Elsewhere.at(every, np.array([state, *moved]))
-        return self if found.rank == self.rank else found
+        parts = [item[rank - 1] / item[0] for item in values if rank and rank_of(item) == rank]
+        return _Elsewhere(np.array(places), rank, float(np.median(parts)) if rank else 1.0)
 
     def weakness(self, every: ClosedDirections, x: Array) -> float:
         """Return the least singular value, relative to the greatest, as a fraction of elsewhere.
