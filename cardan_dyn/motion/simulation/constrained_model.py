@@ -120,6 +120,11 @@ class ConstrainedModel:
             near[columns], rates_near[rates] = model.closed(x[columns], v[rates], crosses=crosses)
         return near, rates_near
 
+    @property
+    def rounding(self) -> float:
+        """Greatest part of the speeds that rounding has decided where loops were closed."""
+        return max((chain.rounding for chain in self.chains), default=0.0)
+
     def weakness(self, x: Array) -> float:
         """Return how strong the weakest closure equation is, see `ConstrainedChain`."""
         return min((model.weakness(x[columns]) for model, columns, *_ in self._parts), default=1.0)

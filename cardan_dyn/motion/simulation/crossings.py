@@ -101,30 +101,6 @@ class Crossings:
             for chain in self._model.chains:
                 chain.closes_stages = False
 
-    def check_start(self, row: Array) -> None:
-        """Refuse a start whose motion rounding decides.
-
-        Args:
-            row: the first one.
-
-        Raises:
-            SingularConfigurationError: it is too close to a singular configuration.
-        """
-        self._model.closed(row[: self._size], row[self._size :])
-        refuse_rounding(self._rounding)
-
-    @property
-    def _rounding(self) -> float:
-        return max((chain.rounding for chain in self._model.chains), default=0.0)
-
-    def notes(self, rtol: float) -> list[str]:
-        """Return what a user should know of how close the motion came to singular configurations.
-
-        Args:
-            rtol: relative tolerance of a step.
-        """
-        return notes_of_rounding(self._rounding, rtol)
-
     def time(self, rows: Path, start: float, end: float) -> float | None:
         """Return when a crossing is reached, None if there is none.
 

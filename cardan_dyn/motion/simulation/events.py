@@ -13,11 +13,9 @@ from ...kit.arrays import EPS, ROUNDED, Array
 from ...kit.checks import described, flag, number
 from ...kit.errors import ArgumentError
 from ...kit.roots import zeros
-from .forces import Named, number_at, state_function
+from .forces import Named, State, number_at, state_function
 from .integration import Integration
 
-State = tuple[Named, Named]
-"""Positions and speeds by name."""
 Reading = Callable[[list[float]], list[State]]
 """States at times."""
 

@@ -6,7 +6,7 @@ import inspect
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pinocchio
@@ -15,7 +15,6 @@ from ...core.elements.element import Element
 from ...core.elements.element_efforts import ElementEfforts
 from ...core.elements.element_forces import labels
 from ...core.elements.link_loads import LinkLoad
-from ...core.elements.pin_contact import PinContact
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import Array
 from ...kit.checks import described
@@ -39,23 +38,22 @@ class Named(Mapping[str, float]):
         return len(self._indices)
 
 
+State: TypeAlias = tuple[Named, Named]
+"""Positions [rad or m] and speeds [rad/s or m/s] by name."""
+
+
 class StateNames:
     """Reads states by the names of their coordinates."""
 
     def __init__(self, mechanism: Mechanism, known: Collection[str] | None = None) -> None:
-        named = mechanism.coordinates.named.items()
-        if known is not None:
-            named = {name: item for name, item in named if name in known}.items()
-        self._columns = {name: item.column for name, item in named}
-        self._rates = {name: item.rate for name, item in named}
+        named = mechanism.coordinates.named
+        chosen = [(name, named[name]) for name in named if known is None or name in known]
+        self._columns = {name: item.column for name, item in chosen}
+        self._rates = {name: item.rate for name, item in chosen}
 
-    def positions(self, x: Array) -> Named:
-        """Return the positions of a state `x (size,)` by name [rad or m]."""
-        return Named(self._columns, x)
-
-    def speeds(self, v: Array) -> Named:
-        """Return the speeds of a state `v (nv,)` by name [rad/s or m/s]."""
-        return Named(self._rates, v)
+    def of(self, x: Array, v: Array) -> State:
+        """Return a state by name, of coordinates `x (size,)` and velocities `v (nv,)`."""
+        return Named(self._columns, x), Named(self._rates, v)
 
 
 StateFunction = Callable[[float, Named, Named], Any]
@@ -68,7 +66,13 @@ def state_function(label: str, function: Callable[..., Any]) -> StateFunction:
     Raises:
         ArgumentError: it takes another number of arguments; when it is called, it fails.
     """
-    return _OfState(label, function, _takes_time_alone(label, function))
+    needed = needs(function)
+    if needed not in (None, 0, 1, 3, math.inf):
+        raise ArgumentError(
+            f"{label}: a function of {needed} arguments, expected (time) or "
+            "(time, position, speed), the latter two by joint names"
+        )
+    return _OfState(label, function, needed not in (3, math.inf))
 
 
 @dataclass(frozen=True)
@@ -88,19 +92,6 @@ class _OfState:
             raise ArgumentError(
                 f"{self.label} failed at time {time:g} s: {type(error).__name__}: {error}"
             ) from error
-
-
-def _takes_time_alone(label: str, function: Callable[..., Any]) -> bool:
-    """Return whether a function takes the time alone, and not positions and speeds as well."""
-    needed = needs(function)
-    if needed in (None, 0, 1):
-        return True
-    if needed in (3, math.inf):
-        return False
-    raise ArgumentError(
-        f"{label}: a function of {needed} arguments, expected (time) or "
-        "(time, position, speed), the latter two by joint names"
-    )
 
 
 def needs(function: Callable[..., Any]) -> float | None:
@@ -153,11 +144,10 @@ class Forces:
         for name, effort in joint_loads.items():
             if name not in functions:
                 self._constant[coordinates.named[name].rate] += float(effort)
-        self._joint_functions = [
-            (name, coordinates.named[name].rate, function)
-            for name, function in functions.items()
-            if name in coordinates.named
-        ]
+        self._joint_functions = {
+            name: function for name, function in functions.items() if name in coordinates.named
+        }
+        self._driven = coordinates.rates_of(self._joint_functions)
         self._link_functions = {
             name: function for name, function in functions.items() if name in mechanism.link_frames
         }
@@ -196,10 +186,7 @@ class Forces:
         """Return the efforts `(nv,)` of what acts along coordinates, see `efforts`."""
         efforts = self._constant.copy()
         if self._joint_functions:
-            for (_, rate, _), value in zip(
-                self._joint_functions, self._joint_values(time, x, v), strict=True
-            ):
-                efforts[rate] += value
+            efforts[self._driven] += self._joint_values(time, x, v)
         self._elements.add_along_coordinates(efforts, time, x, v)
         return efforts
 
@@ -245,15 +232,14 @@ class Forces:
 
     def depend_on(self, rates: set[int]) -> bool:
         """Return whether what acts depends on some coordinates, or acts along them."""
-        along = {int(rate) for rate in np.nonzero(self._constant)[0]}
-        along |= {rate for _, rate, _ in self._joint_functions}
-        return self.has_functions or bool(rates & (along | self._elements.rates))
+        along = {*np.flatnonzero(self._constant).tolist(), *self._elements.rates}
+        return self.has_functions or bool(rates & along)
 
     def _joint_values(self, time: float, x: Array, v: Array) -> list[float]:
-        position, speed = self.names.positions(x), self.names.speeds(v)
+        state = self.names.of(x, v)
         return [
-            number_at(f"loads[{name!r}]", function(time, position, speed), time)
-            for name, _, function in self._joint_functions
+            number_at(f"loads[{name!r}]", function(time, *state), time)
+            for name, function in self._joint_functions.items()
         ]
 
     def _links_of_functions(self, time: float, x: Array, v: Array) -> list[LinkLoad]:
@@ -262,10 +248,8 @@ class Forces:
             return []
         from ...core.problem.arguments import split_loads  # Few simulations have such functions.
 
-        position, speed = self.names.positions(x), self.names.speeds(v)
-        given = {
-            name: function(time, position, speed) for name, function in self._link_functions.items()
-        }
+        state = self.names.of(x, v)
+        given = {name: function(time, *state) for name, function in self._link_functions.items()}
         try:
             loads = split_loads(self._mechanism, given)[1]
         except ArgumentError as error:
@@ -275,27 +259,17 @@ class Forces:
                 raise ArgumentError(f"loads[{name!r}] returned several wrenches at {time:g} s")
         return [loads[name] for name in given]
 
-    def loads_alone(self) -> Forces:
-        """Return the same without the elements."""
-        return self._with(())
-
-    def without_contacts(self) -> Forces:
-        """Return the same without pins that strike walls."""
-        return self._with(
-            tuple(item for item in self._every_element if not isinstance(item, PinContact))
-        )
-
-    def _with(self, elements: Sequence[Element]) -> Forces:
-        functions = {name: function for name, _, function in self._joint_functions}
-        functions.update(self._link_functions)
+    def with_elements(self, elements: Sequence[Element]) -> Forces:
+        """Return the same loads with other elements."""
+        functions = self._joint_functions | self._link_functions
         loads = self.joint_loads, self.link_loads, functions
         return Forces(self._mechanism, *loads, elements, self._known)
 
-    def all_efforts(self, mechanism: Mechanism, times: Array, x: Array, v: Array) -> Array:
+    def all_efforts(self, times: Array, x: Array, v: Array) -> Array:
         """Return the efforts `(N, nv)` at N states, see `sampled` for them."""
         if self.is_nothing:
             return np.zeros_like(v)
-        model = turning_model(mechanism)
+        model = turning_model(self._mechanism)
         data = model.createData()
         states = zip(times.tolist(), x, v, strict=True)
         return np.array([self.efforts(model, data, *state) for state in states])
@@ -317,8 +291,7 @@ class Forces:
         joints, links = dict(self.joint_loads), dict(self.link_loads)
         if self._joint_functions:
             values = np.array([self._joint_values(*state) for state in states])
-            names = [name for name, _, _ in self._joint_functions]
-            joints.update(zip(names, values.T, strict=True))
+            joints.update(zip(self._joint_functions, values.T, strict=True))
         if self._link_functions:
             rows = [self._links_of_functions(*state) for state in states]
             for index, name in enumerate(self._link_functions):

@@ -13,7 +13,7 @@ from ...core.elements.stepping import INSTANT, ImplicitStepper, Step, Stepper, T
 from ...kit.arrays import Array
 from ...kit.errors import CardanError
 from .crossings import Crossings
-from .forces import Named
+from .forces import State
 from .stiffness import jacobian
 
 FINEST = 2.5e-14
@@ -48,7 +48,7 @@ class Equations(Protocol):
         """Return a row without whole turns, which `turns` then counts."""
         ...
 
-    def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
+    def named(self, y: Array, turns: Array) -> State:
         """Return positions and speeds by name of a row."""
         ...
 

@@ -11,10 +11,11 @@ from ...kit.arrays import NOTHING, Array
 from ...kit.errors import CardanError, SimulationError
 from .constrained_model import UNBOUNDED, ConstrainedModel
 from .contact_following import ContactFollowing
-from .crossings import Crossings
+from .crossings import Crossings, notes_of_rounding, refuse_rounding
 from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
-from .events import EventSearch, Happened, State
+from .events import EventSearch, Happened
+from .forces import State
 from .free_balls import NEARLY, WithBalls, with_free_balls
 from .integration import Equations, Integration, Judge
 from .progress import INTERRUPTED
@@ -120,7 +121,7 @@ def _searched(setup: Setup, run: Run) -> tuple[float, _End]:
     def reading(times: list[float]) -> list[State]:
         rows = run.rows(np.array(times))
         states = zip(rows.x + 2.0 * np.pi * rows.turns, rows.v, strict=True)
-        return [(names.positions(x), names.speeds(v)) for x, v in states]
+        return [names.of(*state) for state in states]
 
     search, reached, reason = EventSearch(setup.events, reading), 0.0, ""
     try:
@@ -172,8 +173,8 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
     v, gains = y[system.size :], system.derivative(0.0, y)[system.size :]
     speed = _speed(np.concatenate([v, gains]) / np.tile(coordinates.rate_scale, 2))
     unit = np.concatenate([1.0 / coordinates.scale, speed * coordinates.rate_scale])
-    crossings = Crossings(system.model, system.size)
-    crossings.check_start(y)
+    system.model.closed(y[: system.size], y[system.size :])
+    refuse_rounding(system.model.rounding)
     notes: list[str] = []
     if setup.solver.problem.elements and setup.step is None and not following:
 
@@ -201,7 +202,7 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
         atol=atol,
         step=setup.step,
         longest=setup.longest_step,
-        crossings=crossings,
+        crossings=Crossings(system.model, system.size),
         stops=sorted({time for times in setup.kinks.values() for time in times}),
         is_stiff=None if setup.forces.is_nothing else _judge(setup, system, unit, system.size),
     )
@@ -210,6 +211,7 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
     name = integration.method
     ended = _followed(setup, integration, following)
     run = ConstrainedRun(integration, system)
+    notes += notes_of_rounding(system.model.rounding, setup.rtol)
     return _trajectory(setup, integration, ended, run, name, notes, following, start)
 
 
@@ -310,8 +312,6 @@ def _trajectory(
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
         method += ", then Radau"
     notes += _lingering(setup, run)
-    if integration.crossings is not None:
-        notes += integration.crossings.notes(setup.rtol)
     kinks = [
         Happened(f"kink of {name}", integration.after(time))
         for name, times in setup.kinks.items()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ...core.results.collect import motion_at
 from ...kit.arrays import Array
 from .continuity import States
 from .energy_integral import EnergyIntegral
-from .free_balls import WithBalls
+from .free_balls import FreeBall, WithBalls
 from .integration import Integration
 from .scalar_equation import ScalarEquation
 from .system import Rows, System
@@ -28,12 +28,19 @@ class Run:
         is_exact: whether states are exact to rounding, and not to the tolerance of steps.
         boundless: velocity coordinates whose values have no bound: angles that are read off
             rotations.
+        regular: has these rotations; None where there are none.
     """
 
     times: Array
     period = np.inf
     is_exact = False
     boundless: frozenset[int] = frozenset()
+    regular: WithBalls | None = None
+
+    @property
+    def balls(self) -> Sequence[FreeBall]:
+        """What is integrated as a rotation."""
+        return self.regular.balls if self.regular else ()
 
     def late(self, times: Array) -> Array:
         """Return by how much rounding of time may move what happens at times `(N,)` [s]."""
@@ -55,10 +62,8 @@ class ConstrainedRun(Run):
         self._integration, self._system = integration, system
         self.times = integration.times
         mechanism = system.model.mechanism
-        balls = mechanism.balls if isinstance(mechanism, WithBalls) else ()
-        self.boundless = frozenset(
-            rate for ball in balls for rate in range(ball.rate, ball.rate + 3)
-        )
+        self.regular = mechanism if isinstance(mechanism, WithBalls) else None
+        self.boundless = frozenset(ball.rate + k for ball in self.balls for k in range(3))
 
     def rows(self, times: Array, drives: States | None = None) -> Rows:
         """See `Run.rows`."""

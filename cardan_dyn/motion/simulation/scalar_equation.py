@@ -14,7 +14,7 @@ from ...core.results.collect import motion_at
 from ...kit.arrays import ROUNDED, Array
 from ...kit.periodic import Fourier
 from .energy_functions import EnergyFunctions, NotSuitableError
-from .forces import Forces, Named, StateNames
+from .forces import Forces, State
 from .integration import Equations
 from .turning_model import turning_model
 
@@ -38,7 +38,6 @@ class ScalarEquation(Equations):
         self._forces = forces
         self._model = turning_model(solver.problem.mechanism)
         self._data = self._model.createData()
-        self._names = StateNames(solver.problem.mechanism)
         self._period = 2.0 * np.pi / functions.inertia.frequency
         self.turns, self.evaluations = np.zeros(2), 0
         self._size = solver.problem.mechanism.coordinates.size
@@ -78,10 +77,9 @@ class ScalarEquation(Equations):
         _, x, ratios = self._at(float(y[0]), float(turns[0]))
         return x, ratios * y[1]
 
-    def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
+    def named(self, y: Array, turns: Array) -> State:
         """Return positions and speeds by name of a row."""
-        x, v = self.read(y, turns)
-        return self._names.positions(x), self._names.speeds(v)
+        return self._forces.names.of(*self.read(y, turns))
 
 
 def _table(solver: ProblemSolver, functions: EnergyFunctions) -> Fourier:

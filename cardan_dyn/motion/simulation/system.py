@@ -14,7 +14,8 @@ from ...core.kinematics.tolerances import SAFE_CORRECTION
 from ...kit.arrays import Array
 from ...kit.errors import SingularConfigurationError
 from .constrained_model import ConstrainedModel
-from .forces import Forces, Named
+from .continuity import States
+from .forces import Forces, State
 from .free_balls import COINCIDE, WithBalls
 from .turning_model import turning_model
 
@@ -31,7 +32,8 @@ class Rows(NamedTuple):
         v, a: velocities and accelerations `(N, nv)`.
         exist: which of them are decided `(N, nv)`. Where axes of a ball coincide, the rates of its
             angles may have no limit; what stands there moves the body otherwise.
-        bodies: the same states by rotations instead of angles; None where angles are as good.
+        bodies: the same states in coordinates that are regular wherever bodies are, those of
+            `Run.regular`; None where they are the mechanism's own.
         read: coordinates, all turns counted, and velocities that forces were told of when the
             method found `a`; None where they are those above to the last digit.
     """
@@ -41,30 +43,20 @@ class Rows(NamedTuple):
     v: Array
     a: Array
     exist: Array
-    bodies: BodyStates | None = None
+    bodies: States | None = None
     read: tuple[Array, Array] | None = None
 
     def at(self, chosen: Array) -> Rows:
         """Return some of them."""
-        bodies = self.bodies and BodyStates(self.bodies[0], *(at[chosen] for at in self.bodies[1:]))
+        bodies = self.bodies and self.bodies.at(chosen)
         read = self.read and (self.read[0][chosen], self.read[1][chosen])
         x, turns, v, a, exist = (values[chosen] for values in self[:5])
         return Rows(x, turns, v, a, exist, bodies, read)
 
-
-class BodyStates(NamedTuple):
-    """States at N times in coordinates that are regular wherever bodies are.
-
-    Attributes:
-        mechanism: whose coordinates they are.
-        x: coordinates `(N, size)`.
-        v, a: velocities and accelerations `(N, nv)`.
-    """
-
-    mechanism: WithBalls
-    x: Array
-    v: Array
-    a: Array
+    @property
+    def regular(self) -> States:
+        """The states in regular coordinates, see `bodies`."""
+        return self.bodies or States(self.x, self.v, self.a)
 
 
 class System:
@@ -108,7 +100,6 @@ class System:
         )
         start = free.row(start) if free else start
         named = self.mechanism.coordinates.named
-        self._names = forces.names
         self.size = coordinates.size
         self.turns, self.evaluations = np.zeros(self.size), 0
         self._balls = coordinates.balls[0].tolist()
@@ -337,7 +328,7 @@ class System:
         x, v, a = y[:, : self.size], y[:, self.size :], rates[:, self.size :]
         if self._free is None:
             return Rows(x, turns, v, a, np.ones(v.shape, dtype=bool))
-        bodies, places = BodyStates(self._free, x, v, a), zip(map(self.unit, x), turns, strict=True)
+        bodies, places = States(x, v, a), zip(map(self.unit, x), turns, strict=True)
         counted = np.array([self._free.positions(*place) for place in places])
         found = [self._free.rates(*state) for state in zip(counted, v, a, strict=True)]
         v, a, exist = map(np.array, zip(*found, strict=True))
@@ -346,7 +337,6 @@ class System:
         x = counted - 2.0 * np.pi * wound
         return Rows(x, wound, v, a, exist, bodies, (counted, v))
 
-    def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
+    def named(self, y: Array, turns: Array) -> State:
         """Return positions and speeds by name of a row."""
-        x, v = self._read(y, turns)
-        return self._names.positions(x), self._names.speeds(v)
+        return self._forces.names.of(*self._read(y, turns))

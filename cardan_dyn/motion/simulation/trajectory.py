@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ...core.dynamics.open_tree import OpenTree
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.dynamics.velocity_ratios import VelocityRatios
 from ...core.elements.link_loads import Wrench
+from ...core.elements.pin_contact import PinContact
 from ...core.kinematics.deciding import decided_at
 from ...core.kinematics.tolerances import CLOSURE_TOLERANCE
 from ...core.problem.acting import Acting
@@ -45,8 +46,6 @@ from .setup import Setup
 from .system import Rows
 
 if TYPE_CHECKING:
-    from typing import Self
-
     from numpy.typing import ArrayLike
 
     from ...core.mechanism.mechanism import Mechanism
@@ -183,21 +182,9 @@ class Course:
         )
 
 
-_Member = TypeVar("_Member")
-
-
-class _OfSweep(Generic[_Member]):
-    """A member of the sweep along a trajectory, under its own name."""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name, self.__doc__ = name, f"See `Sweep.{name}`."
-
-    @overload
-    def __get__(self, trajectory: None, owner: type) -> Self: ...
-    @overload
-    def __get__(self, trajectory: Trajectory, owner: type) -> _Member: ...
-    def __get__(self, trajectory: Trajectory | None, owner: type) -> Any:
-        return self if trajectory is None else getattr(trajectory.sweep, self._name)
+def _of_sweep(name: str) -> Any:
+    """Return a member of the sweep along a trajectory, under its own name."""
+    return property(lambda trajectory: getattr(trajectory.sweep, name), doc=f"See `Sweep.{name}`.")
 
 
 class Trajectory(MotionResult):
@@ -222,20 +209,20 @@ class Trajectory(MotionResult):
         loop_residual, balance_residual, power_residual, rate_residual: see `Sweep`.
     """
 
-    acceleration = _OfSweep[Array]()
-    balance_residual = _OfSweep[float]()
-    condition = _OfSweep[Array]()
-    elastic_energy = _OfSweep[Array]()
-    gravity = _OfSweep[Array]()
-    holding_effort = _OfSweep[Mapping[str, Array]]()
-    loads = _OfSweep[Mapping[str, Array | Wrench]]()
-    loop_residual = _OfSweep[float]()
-    origin = _OfSweep[Callable[[str], Array]]()
-    power_residual = _OfSweep[float]()
-    rate_residual = _OfSweep[float]()
-    rotation = _OfSweep[Callable[[str], Array]]()
-    unique = _OfSweep[Array]()
-    wrench = _OfSweep[Callable[..., JointWrench]]()
+    acceleration: Array = _of_sweep("acceleration")
+    balance_residual: float = _of_sweep("balance_residual")
+    condition: Array = _of_sweep("condition")
+    elastic_energy: Array = _of_sweep("elastic_energy")
+    gravity: Array = _of_sweep("gravity")
+    holding_effort: Mapping[str, Array] = _of_sweep("holding_effort")
+    loads: Mapping[str, Array | Wrench] = _of_sweep("loads")
+    loop_residual: float = _of_sweep("loop_residual")
+    origin: Callable[[str], Array] = _of_sweep("origin")
+    power_residual: float = _of_sweep("power_residual")
+    rate_residual: float = _of_sweep("rate_residual")
+    rotation: Callable[[str], Array] = _of_sweep("rotation")
+    unique: Array = _of_sweep("unique")
+    wrench: Callable[..., JointWrench] = _of_sweep("wrench")
 
     def __init__(self, course: Course, time: Array) -> None:
         self._course, self._run, self._forces = course, course.run, course.setup.forces
@@ -553,8 +540,8 @@ class Trajectory(MotionResult):
     @property
     def _locked(self) -> Array:
         """Whether outer axes of a free ball nearly coincide `(N,)`: angles have no rates."""
-        locked, bodies = np.zeros(len(self), dtype=bool), self._rows.bodies
-        for ball in bodies.mechanism.balls if bodies else ():
+        locked = np.zeros(len(self), dtype=bool)
+        for ball in self._run.balls:
             locked |= np.array([ball.apart(x) for x in self._rows.x]) < NEARLY
         return locked
 
@@ -712,11 +699,8 @@ class Trajectory(MotionResult):
         """
         mechanism = self.mechanism
         # Rates of angles that are near gimbal lock are great, whatever the body does.
-        bodies = self._rows.bodies
-        states = (bodies.x, bodies.v) if bodies else self.states
-        moved = (bodies or self._rows).a
-        open_tree = self._open_tree.efforts(*states, moved)
-        loads = self._forces.all_efforts(mechanism, self.time, *self.states)
+        open_tree = self._open_tree.efforts(*self._rows.regular)
+        loads = self._forces.all_efforts(self.time, *self.states)
         efforts = np.maximum(open_tree, np.abs(loads)) * mechanism.coordinates.rate_scale
         greatest = max(float(np.max(efforts, initial=0.0)), float(np.max(self.kinetic_energy)))
         return max(greatest, self._greatest_reach)
@@ -724,7 +708,7 @@ class Trajectory(MotionResult):
     @cached_property
     def kinetic_energy(self) -> Array:
         """Kinetic energy of all bodies `(N,)` [J]."""
-        states = self._rows.bodies or self._rows
+        states = self._rows.regular
         return read_only(self._open_tree.kinetic(states.x, states.v))
 
     @cached_property
@@ -738,9 +722,8 @@ class Trajectory(MotionResult):
 
     @cached_property
     def _open_tree(self) -> OpenTree:
-        bodies = self._rows.bodies
         # With balls, it has all that a tree is read from.
-        mechanism = cast("Mechanism", bodies.mechanism) if bodies else self.mechanism
+        mechanism = cast("Mechanism", self._run.regular or self.mechanism)
         return OpenTree(mechanism, self._problem.gravity)
 
     @cached_property
@@ -760,7 +743,7 @@ class Trajectory(MotionResult):
         """Return the power of loads and prescribed drives at times `(K,)` [W]."""
         there = self.at(times)
         x, v = there.states
-        loads = self._forces.loads_alone().all_efforts(self.mechanism, times, x, v)
+        loads = self._forces.with_elements(()).all_efforts(times, x, v)
         power = np.einsum("nk,nk->n", loads, v)
         elements = self._problem.element_forces
         if elements is not None:
@@ -816,12 +799,15 @@ class Trajectory(MotionResult):
 
         Walls of contacts are left out, whose forces act over a small part of a radian.
         """
-        mechanism, forces = self.mechanism, self._forces.without_contacts()
+        mechanism = self.mechanism
+        forces = self._forces.with_elements(
+            [item for item in self.elements if not isinstance(item, PinContact)]
+        )
         weight = self._open_tree.weight * mechanism.characteristic_length
         if forces.is_nothing:
             return weight
         x, rest = self.states[0], np.zeros_like(self._rows.v)
-        efforts = np.abs(forces.all_efforts(mechanism, self.time, x, rest))
+        efforts = np.abs(forces.all_efforts(self.time, x, rest))
         greatest = np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0)
         return max(weight, float(greatest))
 
@@ -855,11 +841,10 @@ class Trajectory(MotionResult):
         Where the outer axes of a ball coincide, its angles may have no speeds, or lose their digits
         in those of the body.
         """
-        rows, bodies = self._rows, self._rows.bodies
-        known = rows.exist.copy()
-        for ball in bodies.mechanism.balls if bodies else ():
+        rows, known = self._rows, self._rows.exist.copy()
+        for ball in self._run.balls:
             angles, rates = ball.columns, ball.rates_of
-            for index, spin in enumerate(bodies.v[:, rates] if bodies else ()):
+            for index, spin in enumerate(rows.regular.v[:, rates]):
                 off = ball.spin(rows.x[index, angles], rows.v[index, rates]) - spin
                 if not np.max(np.abs(off)) <= NOTHING * np.max(np.abs(spin)):
                     known[index, rates] = False

@@ -71,7 +71,7 @@ def test_what_is_sampled_is_what_acts() -> None:
     acting = forces({}, {"coupler": lambda t: t * PUSH})
     _, links = acting.sampled(np.array([1.0, 3.0]), np.repeat(X, 2, 0), np.repeat(V, 2, 0))
     np.testing.assert_allclose(links["coupler"].force, [PUSH[:3], 3.0 * PUSH[:3]])
-    rows = acting.all_efforts(MECHANISM, np.array([1.0, 3.0]), np.repeat(X, 2, 0), V.repeat(2, 0))
+    rows = acting.all_efforts(np.array([1.0, 3.0]), np.repeat(X, 2, 0), V.repeat(2, 0))
     np.testing.assert_allclose(rows[1], 3.0 * rows[0])
     np.testing.assert_allclose(rows[0], efforts(acting, 1.0))
 
@@ -83,7 +83,7 @@ def test_what_they_are_is_known() -> None:
     assert not forces({"a": 1.0}).does_no_work
     damped = Forces(MECHANISM, {}, {}, {}, [cd.JointSpring("a", 1.0, damping=0.1)])
     assert not damped.is_constant
-    assert damped.loads_alone().does_no_work
+    assert damped.with_elements(()).does_no_work
     sprung = Forces(MECHANISM, {}, {}, {}, [cd.JointSpring("a", 1.0)])
     assert sprung.is_constant
     assert sprung.does_no_work
@@ -141,7 +141,7 @@ def test_functions_of_modules_can_be_pickled() -> None:
 
 def test_names_of_states() -> None:
     names = StateNames(MECHANISM)
-    positions = names.positions(X[0])
+    positions, speeds = names.of(X[0], V[0])
     assert dict(positions)["a"] == 0.3
     assert len(positions) == len(list(positions))
-    assert names.speeds(V[0])["d"] == 3.0
+    assert speeds["d"] == 3.0
