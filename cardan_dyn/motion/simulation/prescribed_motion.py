@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...kit.arrays import Array
+from ...kit.arrays import EPS, Array
 from ...kit.checks import described, mapping
 from ...kit.errors import ArgumentError, MobilityError, choices
 from .system import Motion
@@ -21,7 +21,6 @@ _DIFFERENCE = 1e-5
 """Greatest difference between a function and the integral of its derivative over an interval, as a
 fraction of the greatest value of the latter times the interval: quadrature has smaller errors, and
 a jump inside an interval is seen after it was halved some times."""
-_HALVINGS = 20
 _ADVICE = (
     "give a speed, a function of time that returns position, speed and acceleration, three "
     "functions, or times and positions, which a spline then connects"
@@ -234,37 +233,32 @@ def _checked(motion: Written, duration: float) -> Written:
     if not np.all(np.isfinite(ends)):
         bad = times[int(np.argmax(~np.all(np.isfinite(ends), axis=1)))]
         raise ArgumentError(f"{label} is not finite at time {bad:g} s")
-    speed, acceleration = np.maximum(np.max(np.abs(ends[:, 1:]), axis=0), 1e-300).tolist()
-    beside = float(np.nextafter(0.0, 1.0)), float(np.nextafter(duration, 0.0))
-    jumps = [
-        abs(motion(one)[2] - motion(other)[2]) > _DIFFERENCE * acceleration
-        for one, other in ((0.0, beside[0]), (duration, beside[1]))
-    ]
-    kinks = [0.0] * jumps[0]
-    for first, last in pairwise(times.tolist()):
-        if (found := _jump(motion, 0, first, last, speed)) is not None:
-            raise ArgumentError(
-                f"{label}: its speed is not the derivative of its position near time "
-                f"{found[0]:g} s, or jumps there"
-            )
-        parts = [(first, last)]
+    sizes = np.maximum(np.max(np.abs(ends[:, 1:]), axis=0), 1e-300).tolist()
+    kinks, shortest = list[float](), float(np.sqrt(EPS)) * duration
+    after, before = float(np.nextafter(0.0, 1.0)), float(np.nextafter(duration, 0.0))
+    for end, beside, kink in ((0.0, after, 0.0), (duration, before, before)):
+        if abs(motion(end)[2] - motion(beside)[2]) > _DIFFERENCE * sizes[1]:
+            kinks.append(kink)
+    for interval in pairwise(times.tolist()):
+        parts = [(1, *interval), (0, *interval)]
         while parts:
-            part = parts.pop()
-            if (found := _jump(motion, 1, *part, acceleration)) is None:
+            order, first, last = parts.pop()
+            if (found := _jump(motion, order, first, last, shortest, sizes[order])) is None:
                 continue
             width = found[1] - found[0]
             around = (found[0] - width, found[0]), (found[1], found[1] + width)
-            beside_it = [_quadrature_error(motion, 1, *side) for side in around]
-            scale = max(acceleration, *(greatest for _, greatest in beside_it))
-            if any(error > _DIFFERENCE * scale for error, _ in beside_it):
+            beside_it = [_quadrature_error(motion, order, *side) for side in around]
+            scale = max(sizes[order], *(greatest for _, greatest in beside_it))
+            if not order or any(error > _DIFFERENCE * scale for error, _ in beside_it):
+                names = "position", "speed", "acceleration"
                 raise ArgumentError(
-                    f"{label}: its acceleration is not the derivative of its speed near time "
-                    f"{found[0]:g} s"
+                    f"{label}: its {names[order + 1]} is not the derivative of its {names[order]} "
+                    f"near time {found[0]:g} s" + ("" if order else ", or jumps there")
                 )
             kink = _before_jump(motion, *found)
             kinks.append(kink)
-            parts += [(part[0], kink), (float(np.nextafter(kink, last)), part[1])]
-    return replace(motion, kinks=(*sorted(kinks), *(beside[1:] * jumps[1])))
+            parts += [(1, first, kink), (1, float(np.nextafter(kink, last)), last)]
+    return replace(motion, kinks=tuple(sorted(kinks)))
 
 
 def _before_jump(motion: Motion, before: float, after: float) -> float:
@@ -280,25 +274,24 @@ def _before_jump(motion: Motion, before: float, after: float) -> float:
 
 
 def _jump(
-    motion: Motion, order: int, first: float, last: float, scale: float
+    motion: Motion, order: int, first: float, last: float, shortest: float, scale: float
 ) -> tuple[float, float] | None:
     """Return between which times within an interval a derivative is not that of a motion.
 
     None if it is throughout.
     """
-    for _ in range(_HALVINGS):
+    while True:
         middle = 0.5 * (first + last)
-        halves = [
-            _quadrature_error(motion, order, *pair) for pair in ((first, middle), (middle, last))
-        ]
+        halves = (first, middle), (middle, last)
+        found = [_quadrature_error(motion, order, *half) for half in halves]
         # What is short beside the intervals is larger inside of one than at all of their ends.
-        scale = max(scale, *(greatest for _, greatest in halves))
-        error = [of_half for of_half, _ in halves]
-        worst = int(np.argmax(error))
-        if error[worst] <= _DIFFERENCE * scale:
+        scale = max(scale, *(greatest for _, greatest in found))
+        worst = max(range(2), key=lambda half: found[half][0])
+        if found[worst][0] <= _DIFFERENCE * scale:
             return None
-        first, last = ((first, middle), (middle, last))[worst]
-    return first, last
+        first, last = halves[worst]
+        if last - first <= shortest:
+            return first, last
 
 
 def _quadrature_error(motion: Motion, order: int, first: float, last: float) -> tuple[float, float]:
