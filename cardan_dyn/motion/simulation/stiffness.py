@@ -21,9 +21,6 @@ _EXCITED = 10.0
 """Amplitude of a mode, in tolerances, from which on steps have to follow it."""
 _FAST = 30.0
 """How much faster than all that is excited a mode has to be to make a system stiff."""
-_NEARLY = 2.0
-"""Step of DOP853 times the frequency of a mode from which on it may be what limits the step."""
-_SETTLING_STEPS = 8
 _STRAIGHT = 0.1
 """Part of a difference by which it is checked whether rates are straight over it, and greatest
 change of them by that, as a fraction."""
@@ -125,7 +122,7 @@ class Judgement(NamedTuple):
         if self.frequency:
             advice = "settle=True starts where fast modes rest"
             if settle:
-                advice = f"settle=True did not bring it to rest in {_SETTLING_STEPS} steps"
+                advice = "settle=True did not bring it to rest"
             notes.append(
                 f"oscillatory: the start rings at {self.frequency:.6g} Hz, which steps have to "
                 f"follow; {advice}"
@@ -162,7 +159,8 @@ def limited(found: Modes, length: float, remaining: float, speed: float) -> bool
         speed: greatest speed of a joint [rad/s].
     """
     greatest = float(np.max(np.abs(found.values), initial=0.0))
-    return length * greatest > _NEARLY and judged(found, remaining, speed).is_stiff
+    # Shorter steps follow all modes.
+    return length * greatest > 1.0 and judged(found, remaining, speed).is_stiff
 
 
 def settled(
@@ -186,14 +184,15 @@ def settled(
         tolerance: see `modes`.
         speed: of joints [rad/s], which counts as the rate of a slow mode.
     """
-    for _ in range(_SETTLING_STEPS):
+    away = np.inf
+    while True:
         found = modes(rates, y, unit, tolerance)
         is_fast = np.abs(found.values) > _gap(np.abs(found.values), speed)
-        if not np.any(is_fast & (found.amplitudes > 0.1)):
-            break
+        last, away = away, float(np.max(found.amplitudes[is_fast], initial=0.0))
+        if not 0.1 < away < 0.5 * last:
+            return y
         step = found.vectors[:, is_fast] @ (found.shares[is_fast] / found.values[is_fast])
         y = restored(y - step.real)
-    return y
 
 
 def _moving(sizes: Array) -> Array:
