@@ -119,14 +119,11 @@ class ContactFollowing:
                 known[time] = self._places(step.dense(time))
             return known[time]
 
+        def of(index: int) -> Callable[[float], PinPlace]:
+            return lambda time: places(time)[index]
+
         times = np.linspace(step.start, step.end, _INNER + 1).tolist()
-        ends = []
-        for index, pin in enumerate(self._pins):
-
-            def place(time: float, index: int = index) -> PinPlace:
-                return places(time)[index]
-
-            ends.append(pin.end(times, place))
+        ends = [pin.end(times, of(index)) for index, pin in enumerate(self._pins)]
         # Rounding has begun a phase on the wrong side: it ends as soon as places differ.
         soon = step.start + np.sqrt(EPS) * (times[1] - times[0])
         ends = [soon if end <= step.start else end for end in ends]
@@ -134,7 +131,7 @@ class ContactFollowing:
         end = min(first, step.end)
         seen = [*(time for time in times if time < end), end]
         for index, pin in enumerate(self._pins):
-            pin.note_peak(seen, lambda time, index=index: places(time)[index])  # type: ignore[misc]
+            pin.note_peak(seen, of(index))
         if first == np.inf:
             return ""
         point = integration.on(step, end)

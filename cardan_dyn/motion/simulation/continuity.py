@@ -18,8 +18,8 @@ from ...kit.arrays import EPS, NOTHING, Array
 _SHARE = 0.5
 """Fraction of the difference of two rules by which states of a step method may be off: their steps
 are as long as their tolerance allows, and forces that change at once are felt by every rule."""
-_MOST_ADDED = 20_000
-"""States that are looked at in all, beside the given ones."""
+MOST_STATES = 20_000
+"""States that a motion returns by itself, and as many that are looked at beside given ones."""
 _NEAR, _FAR = 2, 4
 """Neighbouring states of the two rules."""
 
@@ -119,7 +119,7 @@ class Continuity:
     def _can_halve(self, times: Array, index: Array) -> bool:
         """Return whether more states may be looked at behind some times."""
         widths = times[index + 1] - times[index]
-        return bool(np.min(widths) > self._least) and self._added <= _MOST_ADDED
+        return bool(np.min(widths) > self._least) and self._added <= MOST_STATES
 
     def _halved(self, times: Array, states: States, index: Array) -> tuple[Array, States]:
         """Return times and states with those in the middle behind some times."""

@@ -24,8 +24,6 @@ from .energy_functions import EnergyFunctions, NotSuitableError
 
 _SCANNED = 1024
 """Positions per period at which potential and energy are compared."""
-_PERIODS = 2
-"""Periods of the drive within which a swing may end, on either side."""
 _NODES = 20
 """Chebyshev nodes of a panel."""
 _MOST_PANELS = 4096
@@ -91,9 +89,8 @@ class EnergyIntegral:
             force[0, 0] = 0.0
         self._force = Fourier(force, functions.force.frequency).shortened(1e-17)
         self._work = self._force.integral()
-        self._is_pushed = bool(np.any(self._force.coefficients))
-        info = np.finfo(float)
-        if speed and not (self._is_pushed or info.tiny < EPS * speed * speed < 1e290):
+        is_pushed = bool(np.any(self._force.coefficients))
+        if speed and not (is_pushed or np.finfo(float).tiny < EPS * speed * speed < 1e290):
             raise NotSuitableError("squares of the speed are no numbers")
         self._turn = 2.0 * np.pi / functions.inertia.frequency
         slope = self._inertia.derivative()
@@ -113,8 +110,18 @@ class EnergyIntegral:
             # Nothing says when it leaves an unstable equilibrium, but that it would for ever stay.
             self.doubt = np.inf if bend > self._error * self._scale else 0.0
             return
-        minima, maxima = self._extremes() if self._is_pushed else ([], [])
+        found, tops = self._extremes()
         self._at_start = _Anchor(0.0, self._energy, self._force_at(0.0), False)
+        # Swings end within a turn, and what stands beyond their ends is within another one.
+        turns = np.arange(-2.0, 3.0)[:, None]
+        ways = (found + turns * self._turn).ravel().tolist()
+        energies = self._kinetic_beside(self._at_start, found) if found.size else found
+        gained = turns * (float(self._work.slope[0]) * self._turn)
+        minima = [
+            _Anchor(way, energy, 0.0, False)
+            for way, energy in zip(ways, (energies + gained).ravel().tolist(), strict=True)
+        ]
+        maxima = (tops + turns * self._turn).ravel().tolist()
         ends = self._ends(minima, maxima)
         self.swings = ends is not None
         if ends is None:
@@ -140,14 +147,12 @@ class EnergyIntegral:
         if not minima:
             return [self._at_start, self._at_start._replace(way=self._turn)]
         first = max(index for index, item in enumerate(minima) if item.way <= 0.0)
-        count = len(minima) // (2 * _PERIODS + 1)
-        return minima[first : first + count + 1]
+        return minima[first : first + len(self._zeros) // 2 + 1]
 
     def _both_beside(self, starts: Array, ways: Array) -> tuple[Array, Array]:
         """Return how much work is done beyond that of a constant force, and inertias."""
         starts = self._start + starts
-        bent = self._work.bent(starts, ways)[0] if self._is_pushed else np.zeros(len(ways))
-        return bent, self._inertia(starts + ways)[0]
+        return self._work.bent(starts, ways)[0], self._inertia(starts + ways)[0]
 
     def _kinetic_beside(self, anchor: _Anchor, ways: Array) -> Array:
         """Return the kinetic energies `(N,)` at ways from an anchor."""
@@ -172,8 +177,8 @@ class EnergyIntegral:
         starts = np.array([self._start + zero])
         return float(self._force.gained(starts, np.array([way]))[0, 0])
 
-    def _extremes(self) -> tuple[list[_Anchor], list[float]]:
-        """Return where the kinetic energy is least and greatest, some periods to both sides."""
+    def _extremes(self) -> tuple[Array, Array]:
+        """Return ways within a turn at which the kinetic energy is least, and where greatest."""
         count = max(_SCANNED, 4 * self._work.coefficients.shape[1])
         step = self._turn / count
         # Half a period to both sides: ways from the start have most digits beside it.
@@ -189,22 +194,7 @@ class EnergyIntegral:
             return sense[chosen] * self._force(positions)[0], sense[chosen] * slope(positions)[0]
 
         self._zeros = rising(force, low, low + step)
-        found, tops = self._zeros[sense > 0.0], self._zeros[sense < 0.0]
-        if not found.size:
-            return [], []
-        here = _Anchor(0.0, self._energy, self._force_at(0.0), False)
-        trend = float(self._work.slope[0]) * self._turn
-        kinetic = self._kinetic_beside(here, found)
-        minima, maxima = [], []
-        for turns in range(-_PERIODS, _PERIODS + 1):
-            places = zip(
-                (found + turns * self._turn).tolist(),
-                (kinetic + turns * trend).tolist(),
-                strict=True,
-            )
-            minima += [_Anchor(way, energy, 0.0, False) for way, energy in places]
-            maxima += (tops + turns * self._turn).tolist()
-        return minima, maxima
+        return self._zeros[sense > 0.0], self._zeros[sense < 0.0]
 
     def _ends(self, minima: list[_Anchor], maxima: list[float]) -> tuple[_Anchor, _Anchor] | None:
         """Return the ends of the swing, None if the drive turns through."""
@@ -262,8 +252,6 @@ class EnergyIntegral:
         And how long the motion depends on it there, if it is that slow [s].
         """
         passed: list[tuple[float, float]] = []
-        if not minima:
-            return passed
         first, last = anchors[0], anchors[-1]
         # Beyond the ends stand the maxima that it does not pass.
         near = [max((m for m in minima if m.way < first.way), key=lambda m: m.way, default=None)]
@@ -315,9 +303,7 @@ class EnergyIntegral:
         speed = np.where(returns, -sign, sign) * speed
         position = self._start + ways
         inertia, slope = self._inertias(position)
-        push = -0.5 * slope * speed**2
-        if self._is_pushed:
-            push += self._force(position)[0]
+        push = self._force(position)[0] - 0.5 * slope * speed**2
         if not self.swings:
             position = position + self._turn * turns
         return States(position, speed, push / inertia)
@@ -377,10 +363,6 @@ class _Elapsed:
         # Time of a panel and its derivative to the place on it, whose root is sought.
         paces = self._series * (0.5 * (self._high - self._low))[:, None]
         self._both = np.stack([self._sums, np.pad(paces, [(0, 0), (0, 1)])], axis=1)
-        # By how much places on it at its ends change with the time, as a fraction of its own.
-        signs = np.tile([1.0, -1.0], _NODES)[:_NODES]
-        self._leaves = spent / np.sum(paces * signs, axis=1)
-        self._arrives = spent / np.sum(paces, axis=1)
         # The start is in the last piece that begins before it.
         begins = np.where(self._sense > 0.0, ways, ways - far)
         piece = max(int(np.searchsorted(begins, 0.0, side="right")) - 1, 0)
@@ -464,7 +446,7 @@ class _Elapsed:
         pieces = self._pieces[panels]
         sense = self._sense[pieces]
         spent = np.where(sense > 0.0, spent, self._spent[panels] - spent)
-        both, whole = self._both[panels], self._spent[panels]
+        both = self._both[panels]
 
         def missing(places: Array, chosen: Array) -> tuple[Array, Array]:
             own = both if len(chosen) == len(both) else both[chosen]
@@ -472,16 +454,11 @@ class _Elapsed:
             return found[0] - spent[chosen], found[1]
 
         ends = np.ones(len(times))
-        # The cubic polynomial that begins and ends as the place does.
-        share = spent / whole
-        left, bend = 1.0 - share, 2.0 * share * (1.0 - share)
-        first = 2.0 * share - 1.0 + bend * (share - left)
-        first += 0.5 * bend * (left * self._leaves[panels] - share * self._arrives[panels])
         places = rising(
             missing,
             -ends,
             ends,
-            first=np.minimum(np.maximum(first, -1.0), 1.0),
+            first=2.0 * spent / self._spent[panels] - 1.0,
             least=0.5 * EPS,
             none=0.5 * EPS * self._times[panels + 1],
         )

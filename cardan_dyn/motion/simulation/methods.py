@@ -11,6 +11,7 @@ from ...kit.arrays import NOTHING, Array
 from ...kit.errors import CardanError, SimulationError
 from .constrained_model import UNBOUNDED, ConstrainedModel
 from .contact_following import ContactFollowing
+from .continuity import MOST_STATES
 from .crossings import Crossings, notes_of_rounding, refuse_rounding
 from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
@@ -26,9 +27,6 @@ from .stiffness import judged, limited, modes, settled
 from .system import System
 from .trajectory import PER_PERIOD, Course, Trajectory
 
-_MOST_SAMPLES = 20_000
-"""Greatest number of these times; `Trajectory.at` gives others."""
-
 
 def by_quadrature(setup: Setup) -> Trajectory:
     """Simulate one conservative free coordinate by its energy integral."""
@@ -38,8 +36,8 @@ def by_quadrature(setup: Setup) -> Trajectory:
     count = 1 + PER_PERIOD
     if np.isfinite(integral.period):
         count += int(PER_PERIOD * setup.duration / integral.period)
-    times = np.linspace(0.0, setup.duration, min(count, _MOST_SAMPLES))
-    run = OneCoordinateRun(setup.solver, times, integral.at, integral)
+    times = np.linspace(0.0, setup.duration, min(count, MOST_STATES))
+    run = OneCoordinateRun(setup.solver, times, integral)
     ended, found = setup.duration, _End("", failed=False)
     if setup.events:
         ended, found = _searched(setup, run)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -74,31 +74,27 @@ class OneCoordinateRun(Run):
     """States that follow from the motion of the only drive."""
 
     def __init__(
-        self,
-        solver: ProblemSolver,
-        times: Array,
-        law: Callable[[Array], States],
-        integral: EnergyIntegral | None = None,
+        self, solver: ProblemSolver, times: Array, law: EnergyIntegral | IntegratedLaw
     ) -> None:
         """Make the run.
 
         Args:
             solver: of the scene.
             times: see `Run.times`.
-            law: the drive's motion at times `(N,)`.
-            integral: whose law it is; None if it was integrated.
+            law: the drive's motion.
         """
-        self._solver, self.times, self._law, self._integral = solver, times, law, integral
-        if integral:
-            self.period, self.is_exact = integral.period, True
+        self._solver, self.times, self._law = solver, times, law
+        if isinstance(law, EnergyIntegral):
+            self.period, self.is_exact = law.period, True
 
     def late(self, times: Array) -> Array:
         """See `Run.late`."""
-        return self._integral.late(times) if self._integral else super().late(times)
+        law = self._law
+        return law.late(times) if isinstance(law, EnergyIntegral) else super().late(times)
 
     def drives_alone(self, times: Array) -> States:
         """See `Run.drives_alone`; no loop has to be closed for it."""
-        return States(*(values[:, None] for values in self._law(times)))
+        return States(*(values[:, None] for values in self._law.at(times)))
 
     def rows(self, times: Array, drives: States | None = None) -> Rows:
         """See `Run.rows`."""
@@ -115,7 +111,7 @@ class IntegratedLaw:
     def __init__(self, integration: Integration, equation: ScalarEquation) -> None:
         self._integration, self._equation = integration, equation
 
-    def __call__(self, times: Array) -> States:
+    def at(self, times: Array) -> States:
         """Return the motion at times, each `(N,)`."""
         y, turns, rates = self._integration.columns(times)
         return States(y[:, 0] + 2.0 * np.pi * turns[:, 0], y[:, 1], rates[:, 1])

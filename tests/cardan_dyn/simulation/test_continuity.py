@@ -196,7 +196,7 @@ def test_many_jumps_are_looked_at_one_after_the_other(monkeypatch: pytest.Monkey
     grid = np.linspace(0.0, 6.0, 7)
     start = np.zeros(1), np.zeros(1)
     motion = Continuity(look, grid, start, tolerance=1e-8, is_exact=False)
-    monkeypatch.setattr("cardan_dyn.motion.simulation.continuity._MOST_ADDED", 40)
+    monkeypatch.setattr("cardan_dyn.motion.simulation.continuity.MOST_STATES", 40)
     for jump in jumps:
         # Beside a jump, speeds are told by closer neighbours than positions.
         times = jump + np.linspace(-4e-6, 4e-6, 9)

@@ -109,7 +109,7 @@ def test_a_quadrature_of_few_times_misses_nothing_between_them(
     scene: cd.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As of a run of so many turns that not all of them are among its times."""
-    monkeypatch.setattr("cardan_dyn.motion.simulation.methods._MOST_SAMPLES", 2)
+    monkeypatch.setattr("cardan_dyn.motion.simulation.methods.MOST_STATES", 2)
 
     def half_turn(time: float, position: Named, speed: Named) -> float:
         return math.sin(position["bearing_in"])
