@@ -206,8 +206,8 @@ class _OfMachine(Run):
         """Return how rows of the tasks move at times `(N,)`."""
         rows, found = self._run.rows(times), []
         for block, columns, rates in self._blocks:
-            x = rows.x[:, columns] + 2.0 * np.pi * rows.turns[:, columns]
-            found.append(row_states(block, States(x, rows.v[:, rates], rows.a[:, rates])))
+            states = States(rows.counted[:, columns], rows.v[:, rates], rows.a[:, rates])
+            found.append(row_states(block, states))
         return States(*(np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True)))
 
 

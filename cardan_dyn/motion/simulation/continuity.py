@@ -93,7 +93,7 @@ class Continuity:
         self._rates = np.maximum(_sizes(states.v), least / times[-1] if times[-1] else 0.0)
         asked = start[0], start[1] * unit
         begun = [(states.x[0] - asked[0]) / self._sizes, (states.v[0] - asked[1]) / self._rates]
-        self.worst = Misfit(_greatest(*begun), 0.0)
+        self.worst = Misfit(float(_worst_of_rows(*begun)), 0.0)
         # States that are still off so close to each other jump.
         self._least = NOTHING * float(np.max(np.diff(times), initial=0.0))
         if self.worst.size <= tolerance:
@@ -103,7 +103,7 @@ class Continuity:
         """Way of a period."""
         if np.isfinite(period):
             back = (states.v[-1] - states.v[0]) / self._rates
-            self.worst = max(self.worst, Misfit(_greatest(back), self._period))
+            self.worst = max(self.worst, Misfit(float(_worst_of_rows(back)), self._period))
         self.worst = self.worst._replace(time=self.worst.time * unit)
 
     def _followed(self, times: Array, states: States) -> tuple[Array, States, Misfit]:
@@ -165,7 +165,9 @@ class Continuity:
             late: time by which they may be early or late beside its own rounding [s].
         """
         rounding = self._rounding(times / self._unit, states.over(self._unit)) / self._sizes
-        return _greatest(rounding) + late / self._unit * self._fastest
+        return (
+            float(np.max(_worst_of_rows(rounding), initial=0.0)) + late / self._unit * self._fastest
+        )
 
     def misfit(self, times: Array, states: States) -> Misfit:
         """Return the worst misfit of states `(N, m)` at times `(N,)`, and of the motion to them."""
@@ -237,17 +239,10 @@ class Continuity:
         return True
 
 
-def _greatest(*values: Array) -> float:
-    """Return the greatest absolute value; infinite where one is no number."""
-    return max(
-        float(np.max(np.nan_to_num(np.abs(item), nan=np.inf), initial=0.0)) for item in values
-    )
-
-
 def _worst_of_rows(*values: Array) -> Array:
     """Return `(N,)` the greatest absolute values of rows, infinite where one is no number."""
-    each = [np.max(np.nan_to_num(np.abs(item), nan=np.inf), axis=1, initial=0.0) for item in values]
-    return np.asarray(np.max(each, axis=0))
+    every = np.concatenate(values, axis=-1)
+    return np.asarray(np.max(np.nan_to_num(np.abs(every), nan=np.inf), axis=-1, initial=0.0))
 
 
 def _sizes(values: Array) -> Array:

@@ -65,27 +65,31 @@ def notes_of_rounding(part: float, rtol: float) -> list[str]:
 
 
 class Crossings:
-    """Finds crossings on the way of a simulation."""
+    """Finds crossings on the way of a simulation.
+
+    Attributes:
+        model: of the mechanism.
+    """
 
     def __init__(self, model: ConstrainedModel, size: int) -> None:
         """Make it.
 
         Args:
-            model: of the mechanism.
+            model: see the attribute.
             size: number of coordinates in a row of the integration.
         """
-        self._model, self._size = model, size
+        self.model, self._size = model, size
 
     def begin(self) -> None:
         """Forget what closures were like so far."""
-        for chain in self._model.chains:
+        for chain in self.model.chains:
             chain.was_weak = False
 
     @property
     def may_be_near(self) -> bool:
         """Whether a closure equation has been weak since `begin`."""
         # At every step: of so few, `any` over a generator takes three times as long.
-        for chain in self._model.chains:  # noqa: SIM110
+        for chain in self.model.chains:  # noqa: SIM110
             if chain.was_weak:
                 return True
         return False
@@ -93,12 +97,12 @@ class Crossings:
     @contextmanager
     def stages_closed(self) -> Iterator[None]:
         """Let accelerations be those of the closed states beside those that are asked for."""
-        for chain in self._model.chains:
+        for chain in self.model.chains:
             chain.closes_stages = True
         try:
             yield
         finally:
-            for chain in self._model.chains:
+            for chain in self.model.chains:
                 chain.closes_stages = False
 
     def time(self, rows: Path, start: float, end: float) -> float | None:
@@ -122,7 +126,7 @@ class Crossings:
 
     def is_one(self, row: Array) -> bool:
         """Return whether loops are closed in the singular configuration that is near a row."""
-        return self._model.singular_gap(row[: self._size]) <= ROUNDED
+        return self.model.singular_gap(row[: self._size]) <= ROUNDED
 
     def _weakness(self, rows: Path, time: float) -> float:
-        return self._model.weakness(rows(time)[: self._size])
+        return self.model.weakness(rows(time)[: self._size])

@@ -91,15 +91,13 @@ class FreeBall(NamedTuple):
         second = cmath.rect(math.sin(half), 0.5 * (x - z))
         return np.array([first.real, first.imag, second.real, second.imag]) @ self.to_parts
 
-    def parts(self, row: Array) -> tuple[complex, complex]:
-        """Return both parts of the quaternion in a row."""
-        return self.parts_of(row[self.ball : self.ball + 4])
-
     def nearest(self, row: Array, near: Array) -> Array:
         """Return the angles `(3,)` of a row which are nearest to others."""
         x, y, z = near.tolist()
         phases = 0.5 * (x + z), 0.5 * (x - z)
-        return self._angles(self.parts(row), phases, 0.5 * (y + self.lead))
+        return self._angles(
+            self.parts_of(row[self.ball : self.ball + 4]), phases, 0.5 * (y + self.lead)
+        )
 
     def _angles(
         self, parts: tuple[complex, complex], phases: tuple[float, float], half: float
@@ -183,19 +181,17 @@ class FreeBall(NamedTuple):
         along_gain, second_gain, third_gain = (self.axes @ gain).tolist()
         tilt = cos * second - sin * third
         across = sin * second + cos * third
-        exists = True
-        if abs(sine) > COINCIDE:
+        pushed, exists, is_apart = sin * second_gain + cos * third_gain, True, abs(sine) > COINCIDE
+        if is_apart:
             first = across / sine
         else:
-            size = math.sqrt(along**2 + second**2 + third**2)
+            size = math.hypot(along, second, third)
             passes = abs(across) <= 1e-6 * size < abs(tilt)
             exists = passes or size == 0.0
-            pushed = sin * second_gain + cos * third_gain
             first = 0.5 * cosine * (along + (pushed / tilt if passes else 0.0))
         last = along - first * cosine
-        across_gain = sin * second_gain + cos * third_gain + tilt * last - first * tilt * cosine
+        across_gain = pushed + tilt * (last - first * cosine)
         tilt_gain = cos * second_gain - sin * third_gain - first * sine * last
-        is_apart = abs(sine) > COINCIDE
         first_gain = across_gain / sine if is_apart else 0.5 * cosine * along_gain
         last_gain = along_gain - first_gain * cosine + first * tilt * sine
         rates, gains = [first, tilt, last], [first_gain, tilt_gain, last_gain]
@@ -208,11 +204,8 @@ class FreeBall(NamedTuple):
     def spin(self, angles: Array, rates: Array) -> Array:
         """Return the angular velocity `(3,)` in the body's frame of rates of the angles."""
         sine, cosine = self._sines(angles)
-        sin, cos = math.sin(angles[2]), math.cos(angles[2])
         first, tilt, last = rates.tolist()
-        across = first * sine
-        parts = [first * cosine + last, across * sin + tilt * cos, across * cos - tilt * sin]
-        return np.array(parts) @ self.axes
+        return self._turned_back(angles, first * cosine + last, first * sine, tilt)
 
     def moment(self, angles: Array, efforts: Array) -> Array:
         """Return the moment `(3,)` in the body's frame of efforts along the angles `(3,)`.
@@ -220,13 +213,16 @@ class FreeBall(NamedTuple):
         Without effort about the outer axes it is finite wherever they are.
         """
         sine, cosine = self._sines(angles)
-        sin, cos = math.sin(angles[2]), math.cos(angles[2])
         first, tilt, last = efforts.tolist()
         across = first - last * cosine
         if across != 0.0:
             across /= sine if abs(sine) > EPS else math.copysign(EPS, sine)
-        parts = [last, across * sin + tilt * cos, across * cos - tilt * sin]
-        return np.array(parts) @ self.axes
+        return self._turned_back(angles, last, across, tilt)
+
+    def _turned_back(self, angles: Array, along: float, across: float, tilt: float) -> Array:
+        """Return a vector in the body's frame that has parts about the last and the middle axis."""
+        sin, cos = math.sin(angles[2]), math.cos(angles[2])
+        return np.array([along, across * sin + tilt * cos, across * cos - tilt * sin]) @ self.axes
 
     def _sines(self, angles: Array) -> tuple[float, float]:
         """Return sine and cosine of the angle between the first and the last axis."""
@@ -436,8 +432,7 @@ class WithBalls:
         efforts = efforts.copy()
         for ball in self.balls:
             span = ball.rates_of
-            if np.any(efforts[span]):
-                efforts[span] = ball.moment(x[ball.columns], efforts[span])
+            efforts[span] = ball.moment(x[ball.columns], efforts[span])
         return efforts
 
     def regular(self, model: Any, x: Array, row: Array, v: Array) -> tuple[Array, Array]:
@@ -493,8 +488,7 @@ def _first_turns(mechanism: Mechanism, fixed: set[int], loaded: Collection[int])
     }
     # What resists along a turn by itself does not along a rotation.
     fixed |= set(np.flatnonzero(model.armature).tolist())
-    tied = {*loaded, *(loop.successor for loop in mechanism.loops)}
-    tied |= {loop.predecessor for loop in mechanism.loops}
+    tied = {*loaded}.union(*((loop.predecessor, loop.successor) for loop in mechanism.loops))
     # The tilts of a pin with play are as small as the play is.
     fixed |= {
         rate
@@ -502,7 +496,8 @@ def _first_turns(mechanism: Mechanism, fixed: set[int], loaded: Collection[int])
         if joint.type == "loose"
         for rate in range(model.nv)[mechanism.coordinates.velocity_columns[joint.name]]
     }
-    turning = {part.id: part.axis for part in mechanism.coordinates.parts if _turns(part)}
+    parts = mechanism.coordinates.parts
+    turning = {part.id: part.axis for part in parts if part.kind == "revolute"}
     children = list(model.parents)
     result: list[int] = []
     for index in range(1, model.njoints - 2):
@@ -522,10 +517,6 @@ def _first_turns(mechanism: Mechanism, fixed: set[int], loaded: Collection[int])
         if askew <= ROUNDED and apart <= ROUNDED * mechanism.characteristic_length:
             result.append(index)
     return result
-
-
-def _turns(part: Part) -> bool:
-    return part.kind == "revolute"
 
 
 def _meeting(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -214,11 +215,8 @@ class Integration:
         """Return the time from which to go on, after a stop where steps have led to one."""
         if not self._stops or time < self._end:
             return time
-        return self.after(self._stops.pop(0))
-
-    def after(self, stop: float) -> float:
-        """Return the first time after a stop: what holds there holds for the next step."""
-        return float(np.nextafter(stop, np.inf))
+        # What holds there holds for the next step.
+        return math.nextafter(self._stops.pop(0), math.inf)
 
     @property
     def time(self) -> float:
@@ -356,10 +354,6 @@ class Integration:
             return False
         self._next_look = 2 * len(self.steps)
         return self._judge(time, y, length)
-
-    def at(self, time: float) -> Point:
-        """Return the point at a time within what was integrated."""
-        return self.points_at(np.array([time]))[0]
 
     def columns(self, times: Array) -> tuple[Array, Array, Array]:
         """Return rows, turns and rates at times `(N,)`, a row for each."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -18,12 +18,12 @@ from .energy_integral import EnergyIntegral
 from .events import EventSearch, Happened
 from .forces import State
 from .free_balls import NEARLY, WithBalls, with_free_balls
-from .integration import Equations, Integration, Judge
+from .integration import Equations, Integration
 from .progress import INTERRUPTED
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
 from .scalar_equation import ScalarEquation
 from .setup import Setup, refuse_distances
-from .stiffness import judged, limited, modes, settled
+from .stiffness import Stiffness, judged
 from .system import System
 from .trajectory import PER_PERIOD, Course, Trajectory
 
@@ -38,20 +38,13 @@ def by_quadrature(setup: Setup) -> Trajectory:
         count += int(PER_PERIOD * setup.duration / integral.period)
     times = np.linspace(0.0, setup.duration, min(count, MOST_STATES))
     run = OneCoordinateRun(setup.solver, times, integral)
-    ended, found = setup.duration, _End("", failed=False)
-    if setup.events:
-        ended, found = _searched(setup, run)
+    search, ended, reason = _searched(setup, run)
+    setup.progress.close()
     if ended < setup.duration:
         run.times = np.append(times[times < ended], ended)
-    try:
-        setup.progress.show(ended)
-    except KeyboardInterrupt:
-        pass  # All was computed.
-    finally:
-        setup.progress.close()
-    notes = *setup.notes, *_doubt(integral, ended), *found.notes
-    happened = tuple(found.events)
-    course = Course(setup, run, setup.start, "quadrature", found.reason, happened, notes)
+    notes = *setup.notes, *_doubt(integral, ended), *search.notes
+    happened = tuple(search.happened)
+    course = Course(setup, run, setup.start, "quadrature", reason, happened, notes)
     return Trajectory(course, run.times)
 
 
@@ -112,13 +105,14 @@ def _lingering(setup: Setup, run: Run) -> list[str]:
     ]
 
 
-def _searched(setup: Setup, run: Run) -> tuple[float, _End]:
-    """Return when events or an interruption ended a run, and how."""
-    names, count = setup.forces.names, 4 * int(np.ceil(setup.duration / run.period)) or 4
+def _searched(setup: Setup, run: Run) -> tuple[EventSearch, float, str]:
+    """Return events of a run, and when and why they or an interruption ended it, if they did."""
+    names = setup.forces.names
+    count = max(4 * int(np.ceil(setup.duration / run.period)), 4) if setup.events else 1
 
     def reading(times: list[float]) -> list[State]:
         rows = run.rows(np.array(times))
-        states = zip(rows.x + 2.0 * np.pi * rows.turns, rows.v, strict=True)
+        states = zip(rows.counted, rows.v, strict=True)
         return [names.of(*state) for state in states]
 
     search, reached, reason = EventSearch(setup.events, reading), 0.0, ""
@@ -129,11 +123,13 @@ def _searched(setup: Setup, run: Run) -> tuple[float, _End]:
             reached = end if stopped is None else stopped
             if stopped is not None:
                 reason = search.reason
-                break
             setup.progress.show(reached)
+            if reason:
+                break
     except KeyboardInterrupt:
-        reason = INTERRUPTED
-    return reached, _End(reason, False, search.happened, search.notes)
+        # At the end all was computed.
+        reason = reason or ("" if reached == setup.duration else INTERRUPTED)
+    return search, reached, reason
 
 
 def by_response(setup: Setup) -> Trajectory:
@@ -141,21 +137,24 @@ def by_response(setup: Setup) -> Trajectory:
     solver = setup.solver
     equation = ScalarEquation(solver, energy_functions(solver), setup.forces)
     y = np.array(setup.drive_start)
-    atol = setup.atol * np.array([1.0, _speed(equation.derivative(0.0, y))])
+    unit = np.array([1.0, _speed(equation.derivative(0.0, y))])
+    stiffness = _stiffness(setup, equation, unit, 1)
     integration = Integration(
         equation,
         y,
         setup.duration,
         rtol=setup.rtol,
-        atol=atol,
+        atol=setup.atol * unit,
         step=setup.step,
         longest=setup.longest_step,
-        is_stiff=None if setup.forces.is_nothing else _judge(setup, equation, atol / setup.atol, 1),
+        is_stiff=None if setup.forces.is_nothing else stiffness.limits,
     )
 
-    ended = _followed(setup, integration)
-    run = OneCoordinateRun(solver, integration.times, IntegratedLaw(integration, equation))
-    return _trajectory(setup, integration, ended, run, "response")
+    def run() -> Run:
+        law = IntegratedLaw(integration, equation)
+        return OneCoordinateRun(solver, integration.times, law)
+
+    return _integrated(setup, integration, run, "response", setup.start)
 
 
 def in_all_coordinates(setup: Setup) -> Trajectory:
@@ -173,60 +172,45 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
     unit = np.concatenate([1.0 / coordinates.scale, speed * coordinates.rate_scale])
     system.model.closed(y[: system.size], y[system.size :])
     refuse_rounding(system.model.rounding)
-    notes: list[str] = []
+    stiffness, notes = _stiffness(setup, system, unit, system.size), list[str]()
     if setup.solver.problem.elements and setup.step is None and not following:
-
-        def rates(row: Array) -> Array:
-            return system.derivative(0.0, row)
-
-        tolerance = setup.atol * unit + setup.rtol * np.abs(y)
         if setup.settle:
-            y = settled(rates, lambda row: system.restored(0.0, row), y, unit, tolerance, speed)
-        begins = judged(modes(rates, y, unit, tolerance), setup.duration, speed)
-        method, notes = (
-            method or ("Radau" if begins.is_stiff else None),
-            begins.notes(settle=setup.settle),
-        )
+            y = stiffness.settled(y, lambda row: system.restored(0.0, row), speed)
+        begins = judged(stiffness.modes(0.0, y), setup.duration, speed)
+        method = method or ("Radau" if begins.is_stiff else None)
+        notes = begins.notes(settle=setup.settle)
     # Before the integration takes whole turns off the row.
     begun = system.rows(y[None], system.turns[None], np.zeros_like(y)[None])
-    start = (begun.x + 2.0 * np.pi * begun.turns)[0], begun.v[0]
-    atol = setup.atol * unit
+    start = begun.counted[0], begun.v[0]
     integration = Integration(
         system,
         y,
         setup.duration,
         method=method or "DOP853",
         rtol=setup.rtol,
-        atol=atol,
+        atol=setup.atol * unit,
         step=setup.step,
         longest=setup.longest_step,
         crossings=Crossings(system.model, system.size),
         stops=sorted({time for times in setup.kinks.values() for time in times}),
-        is_stiff=None if setup.forces.is_nothing else _judge(setup, system, unit, system.size),
+        is_stiff=None if setup.forces.is_nothing else stiffness.limits,
     )
     if following:
         integration.strictness = following.strictness
-    name = integration.method
-    ended = _followed(setup, integration, following)
-    run = ConstrainedRun(integration, system)
-    notes += notes_of_rounding(system.model.rounding, setup.rtol)
-    return _trajectory(setup, integration, ended, run, name, notes, following, start)
+    return _integrated(
+        setup,
+        integration,
+        lambda: ConstrainedRun(integration, system),
+        integration.method,
+        start,
+        notes,
+        following,
+    )
 
 
-def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:
-    """Return what judges whether equations with forces are stiff at a row."""
-
-    def is_stiff(time: float, y: Array, length: float) -> bool:
-        def rates(row: Array) -> Array:
-            return equations.derivative(time, row)
-
-        tolerance = setup.atol * unit + setup.rtol * np.abs(y)
-        found = modes(rates, y, unit, tolerance)
-        # Rates of positions are speeds.
-        speed = float(np.max(np.abs(rates(y)[:size] / unit[:size]), initial=0.0))
-        return limited(found, length, setup.duration - time, speed)
-
-    return is_stiff
+def _stiffness(setup: Setup, equations: Equations, unit: Array, size: int) -> Stiffness:
+    tolerances = setup.rtol, setup.atol, setup.duration
+    return Stiffness(equations.derivative, size, unit, *tolerances)
 
 
 def _speed(rates: Array) -> float:
@@ -251,21 +235,18 @@ def _model(setup: Setup) -> ConstrainedModel:
     return ConstrainedModel(mechanism, rates, problem.gravity, x, independent, resting)
 
 
-class _End(NamedTuple):
-    """How a simulation ended: at its end, for a reason, or because it failed."""
-
-    reason: str
-    failed: bool
-    events: Sequence[Happened] = ()
-    notes: Sequence[str] = ()
-
-
-def _followed(
-    setup: Setup, integration: Integration, contacts: ContactFollowing | None = None
-) -> _End:
+def _integrated(
+    setup: Setup,
+    integration: Integration,
+    run_of: Callable[[], Run],
+    method: str,
+    start: tuple[Array, Array],
+    notes: Sequence[str] = (),
+    contacts: ContactFollowing | None = None,
+) -> Trajectory:
     """Step to the end, to an event, to the last touch, or to where it fails."""
-    equations, start = integration.equations, integration.points[0]
-    search = EventSearch(setup.events, lambda _: [equations.named(start.y, start.turns)])
+    equations, begun = integration.equations, integration.points[0]
+    search = EventSearch(setup.events, lambda _: [equations.named(begun.y, begun.turns)])
     reason, failure = "", None
     # A step that was too long leads beyond all numbers, and is taken anew.
     heed = np.seterr(over="ignore", invalid="ignore")
@@ -291,27 +272,16 @@ def _followed(
     finally:
         np.seterr(**heed)
         setup.progress.close()
-    return _End(failure or reason, failure is not None, search.happened, search.notes)
-
-
-def _trajectory(
-    setup: Setup,
-    integration: Integration,
-    ended: _End,
-    run: Run,
-    method: str,
-    notes: Sequence[str] = (),
-    contacts: ContactFollowing | None = None,
-    start: tuple[Array, Array] | None = None,
-) -> Trajectory:
-    """Return what was integrated."""
-    notes = [*setup.notes, *notes, *setup.progress.notes, *ended.notes]
+    run, reason = run_of(), failure or reason
+    notes = [*setup.notes, *notes, *setup.progress.notes, *search.notes]
     if integration.stiff_from is not None:
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
         method += ", then Radau"
     notes += _lingering(setup, run)
+    if integration.crossings is not None:
+        notes += notes_of_rounding(integration.crossings.model.rounding, setup.rtol)
     kinks = [
-        Happened(f"kink of {name}", integration.after(time))
+        Happened(f"kink of {name}", math.nextafter(time, math.inf))
         for name, times in setup.kinks.items()
         for time in times
         if time < integration.time
@@ -319,19 +289,18 @@ def _trajectory(
     course = Course(
         setup,
         run,
-        start or setup.start,
+        start,
         method,
-        ended.reason,
-        tuple(sorted([*ended.events, *kinks], key=lambda event: event.time)),
+        reason,
+        tuple(sorted([*search.happened, *kinks], key=lambda event: event.time)),
         tuple(notes),
         integration.equations.evaluations,
         contacts.closed(integration.time) if contacts else (),
     )
     trajectory = Trajectory(course, run.times)
-    if ended.failed:
+    if failure is not None:
         raise SimulationError(
-            f"the simulation ended at {integration.time:.6g} s of {setup.duration:g} s: "
-            f"{ended.reason}",
+            f"the simulation ended at {integration.time:.6g} s of {setup.duration:g} s: {failure}",
             trajectory=trajectory,
             time=integration.time,
         )

@@ -81,24 +81,6 @@ def jacobian(rates: Rates, y: Array, unit: Array) -> Array:
     return result
 
 
-def modes(rates: Rates, y: Array, unit: Array, tolerance: Array) -> Modes:
-    """Return the modes about a row.
-
-    Args:
-        rates: of the system.
-        y: the row `(n,)`.
-        unit: `(n,)` sizes of entries that differences are taken by.
-        tolerance: `(n,)` error that a step may have.
-    """
-    values, vectors = np.linalg.eig(jacobian(rates, y, unit))
-    shares = np.linalg.lstsq(vectors, rates(y).astype(complex), rcond=None)[0]
-    sizes = np.abs(values)
-    is_moving = _moving(sizes)
-    away = np.where(is_moving, shares / np.where(is_moving, values, 1.0), 0.0)
-    amplitudes = np.max(np.abs(vectors * away) / tolerance[:, None], axis=0)
-    return Modes(values, vectors, shares, amplitudes)
-
-
 class Judgement(NamedTuple):
     """What a method of integration needs to know of a start.
 
@@ -149,50 +131,77 @@ def judged(found: Modes, duration: float, speed: float) -> Judgement:
     return Judgement(is_stiff, fastest / (2.0 * np.pi))
 
 
-def limited(found: Modes, length: float, remaining: float, speed: float) -> bool:
-    """Return whether stability, not accuracy, limits the steps of an explicit method.
+class Stiffness(NamedTuple):
+    """Looks at the modes of equations about rows.
 
-    Args:
-        found: modes about a row.
-        length: of the last step [s].
-        remaining: time that is left [s].
-        speed: greatest speed of a joint [rad/s].
+    Attributes:
+        derivative: of rows at times.
+        size: number of the first entries of a row, whose rates are speeds.
+        unit: `(n,)` sizes of entries that differences are taken by.
+        rtol: relative tolerance of a step.
+        atol: absolute tolerance of a step, in these sizes.
+        duration: of the simulation [s].
     """
-    greatest = float(np.max(np.abs(found.values), initial=0.0))
-    # Shorter steps follow all modes.
-    return length * greatest > 1.0 and judged(found, remaining, speed).is_stiff
 
+    derivative: Callable[[float, Array], Array]
+    size: int
+    unit: Array
+    rtol: float
+    atol: float
+    duration: float
 
-def settled(
-    rates: Rates,
-    restored: Callable[[Array], Array],
-    y: Array,
-    unit: Array,
-    tolerance: Array,
-    speed: float,
-) -> Array:
-    """Return a row near one in which fast modes rest.
+    def modes(self, time: float, y: Array) -> Modes:
+        """Return the modes about a row."""
 
-    Fast are those that are faster by a factor of 30 than any mode below them; where there is no
-    such gap, all modes stay as they are.
+        def rates(row: Array) -> Array:
+            return self.derivative(time, row)
 
-    Args:
-        rates: of the system.
-        restored: returns the row that obeys the constraints.
-        y: the row.
-        unit: see `modes`.
-        tolerance: see `modes`.
-        speed: of joints [rad/s], which counts as the rate of a slow mode.
-    """
-    away = np.inf
-    while True:
-        found = modes(rates, y, unit, tolerance)
-        is_fast = np.abs(found.values) > _gap(np.abs(found.values), speed)
-        last, away = away, float(np.max(found.amplitudes[is_fast], initial=0.0))
-        if not 0.1 < away < 0.5 * last:
-            return y
-        step = found.vectors[:, is_fast] @ (found.shares[is_fast] / found.values[is_fast])
-        y = restored(y - step.real)
+        values, vectors = np.linalg.eig(jacobian(rates, y, self.unit))
+        shares = np.linalg.lstsq(vectors, rates(y).astype(complex), rcond=None)[0]
+        is_moving = _moving(np.abs(values))
+        away = np.abs(vectors * np.where(is_moving, shares / np.where(is_moving, values, 1.0), 0.0))
+        tolerance = self.atol * self.unit + self.rtol * np.abs(y)
+        return Modes(values, vectors, shares, np.max(away / tolerance[:, None], axis=0))
+
+    def limits(self, time: float, y: Array, length: float) -> bool:
+        """Return whether stability, not accuracy, limits the steps of an explicit method.
+
+        Args:
+            time: reached [s].
+            y: row there.
+            length: of the last step [s].
+        """
+        found, size = self.modes(time, y), self.size
+        speeds = self.derivative(time, y)[:size] / self.unit[:size]
+        greatest = float(np.max(np.abs(found.values), initial=0.0))
+        # Shorter steps follow all modes.
+        return (
+            length * greatest > 1.0
+            and judged(
+                found, self.duration - time, float(np.max(np.abs(speeds), initial=0.0))
+            ).is_stiff
+        )
+
+    def settled(self, y: Array, restored: Callable[[Array], Array], speed: float) -> Array:
+        """Return a row near one at time 0 in which fast modes rest.
+
+        Fast are those that are faster by a factor of 30 than any mode below them; where there is no
+        such gap, all modes stay as they are.
+
+        Args:
+            y: the row.
+            restored: returns the row that obeys the constraints.
+            speed: of joints [rad/s], which counts as the rate of a slow mode.
+        """
+        away = np.inf
+        while True:
+            found = self.modes(0.0, y)
+            is_fast = np.abs(found.values) > _gap(np.abs(found.values), speed)
+            last, away = away, float(np.max(found.amplitudes[is_fast], initial=0.0))
+            if not 0.1 < away < 0.5 * last:
+                return y
+            step = found.vectors[:, is_fast] @ (found.shares[is_fast] / found.values[is_fast])
+            y = restored(y - step.real)
 
 
 def _moving(sizes: Array) -> Array:

@@ -54,6 +54,11 @@ class Rows(NamedTuple):
         return Rows(x, turns, v, a, exist, bodies, read)
 
     @property
+    def counted(self) -> Array:
+        """Coordinates, all turns counted."""
+        return self.x + 2.0 * np.pi * self.turns
+
+    @property
     def regular(self) -> States:
         """The states in regular coordinates, see `bodies`."""
         return self.bodies or States(self.x, self.v, self.a)

@@ -137,8 +137,9 @@ class Course:
         But for angles that are read off rotations.
         """
         columns, rates, units = self._scalars
-        x = (rows.x + 2.0 * np.pi * rows.turns)[:, columns]
-        return States(x * units, rows.v[:, rates] * units, rows.a[:, rates] * units)
+        return States(
+            rows.counted[:, columns] * units, rows.v[:, rates] * units, rows.a[:, rates] * units
+        )
 
     @cached_property
     def of_drives(self) -> Continuity:
@@ -646,7 +647,7 @@ class Trajectory(MotionResult):
 
         Those of the method: no wrench is computed for them.
         """
-        return self._rows.x + 2.0 * np.pi * self._rows.turns, self._rows.v
+        return self._rows.counted, self._rows.v
 
     @cached_property
     def element_force(self) -> ElementResults:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from testkit.simulated import link
 
 import cardan_dyn as cd
-from cardan_dyn.motion.simulation.stiffness import judged, modes, settled
+from cardan_dyn.motion.simulation.stiffness import Modes, Stiffness, judged
 
 SLOW, FAST = 3.0, 3e4
 
@@ -18,13 +20,21 @@ def rates(y: np.ndarray) -> np.ndarray:
     return np.array([slow_rate, fast_rate, -(SLOW**2) * slow, -(FAST**2) * (fast - 1e-3 * slow)])
 
 
-ONE, FINE, COARSE = np.ones(4), np.full(4, 1e-8), np.full(4, 1e-6)
+FINE, COARSE = 1e-8, 1e-6
 RINGING = np.array([1.0, 0.0, 0.0, 0.0])
 RESTING = np.array([1.0, 1e-3, 0.0, 0.0])
 
 
+def looking(tolerance: float, of: Callable[[np.ndarray], np.ndarray] = rates) -> Stiffness:
+    return Stiffness(lambda time, y: of(y), 2, np.ones(4), 0.0, tolerance, 1.0)
+
+
+def modes(y: np.ndarray, tolerance: float) -> Modes:
+    return looking(tolerance).modes(0.0, y)
+
+
 def test_modes_have_the_frequencies_of_the_oscillators() -> None:
-    found = modes(rates, RINGING, ONE, FINE)
+    found = modes(RINGING, FINE)
     sizes = np.sort(np.abs(found.values))
     np.testing.assert_allclose(sizes, [SLOW, SLOW, FAST, FAST], rtol=1e-6)
     # The fast one is 1e-3 away from where it would rest: half of it in either of two modes.
@@ -34,31 +44,32 @@ def test_modes_have_the_frequencies_of_the_oscillators() -> None:
 
 
 def test_a_start_that_rests_is_stiff_and_one_that_rings_is_not() -> None:
-    rings = judged(modes(rates, RINGING, ONE, FINE), 1.0, 0.0)
+    rings = judged(modes(RINGING, FINE), 1.0, 0.0)
     assert not rings.is_stiff
     assert rings.frequency == pytest.approx(FAST / (2.0 * np.pi), rel=1e-6)
     # The fast one follows the slow one with a lag of 3e-7 in speed.
-    rests = judged(modes(rates, RESTING, ONE, COARSE), 1.0, 0.0)
+    rests = judged(modes(RESTING, COARSE), 1.0, 0.0)
     assert rests.is_stiff
     assert rests.frequency == 0.0
 
 
 def test_few_steps_are_not_worth_another_method() -> None:
-    assert not judged(modes(rates, RESTING, ONE, COARSE), 1e-3, 0.0).is_stiff
+    assert not judged(modes(RESTING, COARSE), 1e-3, 0.0).is_stiff
 
 
 def test_what_rings_is_settled_and_what_is_slow_stays() -> None:
-    found = settled(rates, lambda y: y, RINGING, ONE, FINE, 1.0)
+    found = looking(FINE).settled(RINGING, lambda y: y, 1.0)
     assert found[0] == pytest.approx(1.0, abs=1e-6)
     assert found[1] == pytest.approx(1e-3, rel=1e-6)
-    assert judged(modes(rates, found, ONE, FINE), 1.0, 0.0).is_stiff
+    assert judged(modes(found, FINE), 1.0, 0.0).is_stiff
 
 
 def test_without_a_gap_between_modes_nothing_is_settled() -> None:
     def alike(y: np.ndarray) -> np.ndarray:
         return np.array([y[2], y[3], -9.0 * y[0], -16.0 * y[1]])
 
-    np.testing.assert_array_equal(settled(alike, lambda y: y, RINGING, ONE, FINE, 1.0), RINGING)
+    found = looking(FINE, alike).settled(RINGING, lambda y: y, 1.0)
+    np.testing.assert_array_equal(found, RINGING)
 
 
 def pendulum_on_rubber() -> cd.Scene:
@@ -111,9 +122,7 @@ def test_a_start_that_does_not_settle_says_so(monkeypatch: pytest.MonkeyPatch) -
     settled_one = scene.simulate(5e-3, position=start, rtol=1e-8, settle=True)
     assert not any("oscillatory" in note for note in settled_one.notes)
     assert "note" not in repr(settled_one)
-    monkeypatch.setattr(
-        "cardan_dyn.motion.simulation.methods.settled", lambda rates, restored, y, *given: y
-    )
+    monkeypatch.setattr(Stiffness, "settled", lambda stiffness, y, *given: y)
     left = scene.simulate(5e-3, position=start, rtol=1e-8, settle=True)
     (note,) = left.notes
     assert repr(left).endswith("; 1 note>")
