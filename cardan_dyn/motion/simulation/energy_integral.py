@@ -27,9 +27,6 @@ _SCANNED = 1024
 _NODES = 20
 """Chebyshev nodes of a panel."""
 _MOST_PANELS = 4096
-_UNDECIDED = 0.1
-"""Error of the kinetic energy where it is least, as a fraction of it, beyond which nothing can be
-said of what follows."""
 
 
 class _Anchor(NamedTuple):
@@ -269,7 +266,7 @@ class EnergyIntegral:
                 way = abs((way + 0.5 * self._turn) % self._turn - 0.5 * self._turn)
             known = self._energy + self._scale * min(way, 1.0)
             lost = self._error * known / abs(item.kinetic) if item.kinetic else np.inf
-            if lost > _UNDECIDED:
+            if lost >= 1.0:
                 raise _undecided()
             bend = float(slope.at(position)[0])
             if bend > 0.0:

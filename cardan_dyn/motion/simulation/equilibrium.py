@@ -245,13 +245,8 @@ class _Statics:
     def __init__(self, solver: ProblemSolver, acting: Acting, driven: Array) -> None:
         self._solver, self._acting, self._driven = solver, acting, driven
         self.problem = solver.problem
-        mechanism = solver.problem.mechanism
-        self.scale = np.array(
-            [
-                mechanism.characteristic_length if mechanism.coordinates.named[name].slides else 1.0
-                for name in solver.problem.free
-            ]
-        )
+        coordinates = solver.problem.mechanism.coordinates
+        self.scale = coordinates.rate_scale[coordinates.rates_of(solver.problem.free)]
         self._stencil = np.vstack([np.zeros_like(self.scale), displacements(self.scale)])
         self.greatest = self.wrench = 0.0
         self.is_cut = self.is_slowed = False

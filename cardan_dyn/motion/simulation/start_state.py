@@ -139,13 +139,11 @@ def _refuse_conflict(solver: ProblemSolver, positions: Array, others: Mapping[st
     motion = _motion(solver, positions[None, :], np.zeros((1, len(positions))))
     mechanism = solver.problem.mechanism
     for name, value in others.items():
-        there = float(motion.position(name)[0])
-        slides = mechanism.coordinates.named[name].slides
-        unit = mechanism.characteristic_length if slides else 1.0
+        there, coordinate = float(motion.position(name)[0]), mechanism.coordinates.named[name]
         gap = there - value
-        if not slides:
+        if not coordinate.slides:
             gap = (gap + np.pi) % (2.0 * np.pi) - np.pi
-        if abs(gap) > NOTHING * unit:
+        if abs(gap) > NOTHING * mechanism.coordinates.rate_scale[coordinate.rate]:
             at = ", ".join(
                 f"{drive} at {place:.12g}"
                 for drive, place in zip(solver.problem.independent, positions, strict=True)
