@@ -28,10 +28,9 @@ from ...core.mechanism.joints import Joint, Part
 from ...core.mechanism.mechanism import Mechanism
 from ...kit.arrays import EPS, NOTHING, ROUNDED, Array, quaternion_product
 
-_SHORT = 0.6
-"""Half of a rotation [rad] within which a cubic follows a part."""
 _CUBIC_ERROR = 1.0 / 40.0
-"""Error of the cubic over the fourth power of half of the rotation: ten times that of a circle."""
+"""Error of the cubic over the fourth power of half of the rotation: ten times that of a circle. So
+none is followed over a rotation by which a part could be anywhere."""
 
 State: TypeAlias = tuple[Array, Array]
 """Coordinates and velocities that are integrated."""
@@ -149,8 +148,6 @@ class FreeBall(NamedTuple):
         phases, half = [0.5 * (x + z), 0.5 * (x - z)], 0.5 * (y + self.lead)
         spins = [rates[self.rates_of] for _, rates in states]
         turned = 0.5 * span * max(float(np.linalg.norm(spin)) for spin in spins)
-        if turned > _SHORT:
-            return None
         turns = [row[self.ball : self.ball + 4] for row, _ in states]
         before, after = map(self.parts_of, turns)
         slopes = (self.parts_of(span * _spun(*pair)) for pair in zip(turns, spins, strict=True))
