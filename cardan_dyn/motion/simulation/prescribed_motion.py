@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...kit.arrays import EPS, Array
-from ...kit.checks import described, mapping
+from ...kit.checks import described, mapping, number, numbers
 from ...kit.errors import ArgumentError, MobilityError, choices
 from .system import Motion
 
@@ -183,35 +183,20 @@ def prescribed_motion(name: str, value: Any, duration: float) -> Motion:
         times, positions = value
         return _spline(label, times, positions, duration)
     if not isinstance(value, Sequence) and np.ndim(value) == 0:
-        return _constant(label, value)
+        return Uniform(number(label, value))
     raise ArgumentError(f"{label} is {described(value)}; {_ADVICE}")
-
-
-def _constant(label: str, value: Any) -> Motion:
-    try:
-        speed = float(value)
-    except (TypeError, ValueError):
-        raise ArgumentError(f"{label} is {described(value)}; {_ADVICE}") from None
-    if not np.isfinite(speed):
-        raise ArgumentError(f"{label} is {speed}; a speed is finite")
-    return Uniform(speed)
 
 
 def _spline(label: str, times: Any, positions: Any, duration: float) -> Motion:
     """Return the quintic spline through positions, whose second derivative is smooth."""
     from scipy.interpolate import make_interp_spline  # Few motions need it.
 
-    try:
-        times, positions = np.asarray(times, dtype=float), np.asarray(positions, dtype=float)
-    except (TypeError, ValueError):
-        raise ArgumentError(f"{label}: times and positions are no numbers; {_ADVICE}") from None
+    times, positions = numbers(f"{label}: times", times), numbers(f"{label}: positions", positions)
     if times.ndim != 1 or times.shape != positions.shape or times.size < 6:
         raise ArgumentError(
             f"{label}: times {times.shape} and positions {positions.shape}, expected two arrays "
             "(K,) with K at least 6"
         )
-    if not (np.all(np.isfinite(times)) and np.all(np.isfinite(positions))):
-        raise ArgumentError(f"{label}: times and positions have to be finite")
     if np.any(np.diff(times) <= 0.0):
         raise ArgumentError(f"{label}: times have to increase")
     if times[0] > 0.0 or times[-1] < duration:
