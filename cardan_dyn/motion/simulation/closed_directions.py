@@ -121,67 +121,51 @@ class ClosedDirections:
         Raises:
             SingularConfigurationError: efforts push along a direction that moves no mass.
         """
-        free = self.free
-        inertia, a, pushing, rows, gains = self._asked(x, v, efforts, prescribed)
+        free, a, inertia = self.free, np.zeros(self.model.nv), self._inertia(x)
+        resisting = pinocchio.nonLinearEffects(self.model, self._data, x, v)
+        a[self._prescribed] = prescribed
+        pushing = (efforts - resisting - inertia @ a)[free]
         if not np.all(np.isfinite(pushing)):
             # A step that was too long: the integration takes a shorter one.
             return np.full(self.model.nv, np.nan)
-        left, values, right = np.linalg.svd(rows)
-        rank = min(self._rank, rank_of(values))
-        a[free] = right[:rank].T @ ((left[:, :rank].T @ gains) / values[:rank])
-        ways = _graded(right[rank:].T, np.sqrt(np.abs(np.diag(inertia)[free])))
-        missing = pushing - inertia[np.ix_(free, free)] @ a[free]
-        own = ways.T @ inertia[np.ix_(free, free)] @ ways
-        a[free] += ways @ _accelerated(own, ways.T @ missing, np.abs(ways.T) @ np.abs(missing))
+        rows = self.jacobian(x)
+        solve = self._along_directions if self._lent else self._forced
+        gains = -self._drift(x, v) - rows @ a
+        a[free] = solve(inertia[np.ix_(free, free)], pushing, rows[:, free], gains)
         return a
 
-    def forced(self, x: Array, v: Array, efforts: Array, prescribed: Array) -> Array:
-        """Return the accelerations `(nv,)` of a chain in which every direction moves mass.
+    def _along_directions(self, inertia: Array, pushing: Array, rows: Array, gains: Array) -> Array:
+        """Return accelerations `(f,)` that are sums of the directions which closures leave."""
+        left, values, right = np.linalg.svd(rows)
+        rank = min(self._rank, rank_of(values))
+        a = right[:rank].T @ ((left[:, :rank].T @ gains) / values[:rank])
+        ways = _graded(right[rank:].T, np.sqrt(np.abs(np.diag(inertia))))
+        missing = pushing - inertia @ a
+        own, terms = ways.T @ inertia @ ways, np.abs(ways.T) @ np.abs(missing)
+        return np.asarray(a + ways @ _accelerated(own, ways.T @ missing, terms))
 
-        They come from the forces that close loops: these do no work, however weak an equation is,
-        where a direction between equations of very different strength keeps few digits.
+    def _forced(self, inertia: Array, pushing: Array, rows: Array, gains: Array) -> Array:
+        """Return accelerations `(f,)` that follow from the forces which close loops.
 
-        Args:
-            x: see `accelerations`.
-            v: see `accelerations`.
-            efforts: see `accelerations`.
-            prescribed: see `accelerations`.
+        These do no work, however weak an equation is, where a direction between equations of very
+        different strength keeps few digits.
         """
-        free = self.free
-        inertia, a, pushing, rows, gains = self._asked(x, v, efforts, prescribed)
-        if not np.all(np.isfinite(pushing)):
-            return np.full(self.model.nv, np.nan)
         try:
-            inverse = np.linalg.inv(np.linalg.cholesky(inertia[np.ix_(free, free)]))
+            inverse = np.linalg.inv(np.linalg.cholesky(inertia))
         except np.linalg.LinAlgError:
             # So far away that rounding decides the inertia: the step that looks there is too long.
-            return np.full(self.model.nv, np.nan)
+            return np.full(len(pushing), np.nan)
         left, values, _ = np.linalg.svd(rows @ inverse.T, full_matrices=False)
         rank = min(self._rank, rank_of(values))
         left, values = left[:, :rank], values[:rank]
         forces, lacks, lacked = np.zeros(len(rows)), np.inf, np.inf
         while True:
-            a[free] = inverse.T @ (inverse @ (pushing + rows.T @ forces))
-            missing = left.T @ (gains - rows @ a[free])
+            a = inverse.T @ (inverse @ (pushing + rows.T @ forces))
+            missing = left.T @ (gains - rows @ a)
             lacked, lacks = lacks, float(np.max(np.abs(missing), initial=0.0))
             if not lacks < 0.5 * lacked:
-                return a
+                return np.asarray(a)
             forces += left @ (missing / values**2)
-
-    def _asked(
-        self, x: Array, v: Array, efforts: Array, prescribed: Array
-    ) -> tuple[Array, Array, Array, Array, Array]:
-        """Return the inertia matrix, and what is asked of accelerations along free coordinates.
-
-        That is the prescribed ones `(nv,)`, what pushes beside them `(f,)`, the rows of closures
-        `(6 L + k, f)`, and what the accelerations have to make of them. See `accelerations`.
-        """
-        inertia, a = self._inertia(x), np.zeros(self.model.nv)
-        resisting = pinocchio.nonLinearEffects(self.model, self._data, x, v)
-        a[self._prescribed] = prescribed
-        pushing = (efforts - resisting - inertia @ a)[self.free]
-        rows = self.jacobian(x)
-        return inertia, a, pushing, rows[:, self.free], -self._drift(x, v) - rows @ a
 
     def closed(self, x: Array, v: Array, *, strong_alone: bool = False) -> tuple[Array, Array]:
         """Return the nearest state with closed loops, in the metric of the kinetic energy.

@@ -388,8 +388,7 @@ class ConstrainedChain:
                 "something moves freely that has no mass, such as a massless rod between two balls "
                 "(write one of its ends as a universal joint)"
             )
-        solve = self._by_rank.accelerations if self._lent else self._by_rank.forced
-        a = solve(
+        a = self._by_rank.accelerations(
             x * self._of_positions,
             v * self._of_rates,
             acting * self._of_efforts,
