@@ -50,7 +50,9 @@ def test_folds_and_peak(scene: object) -> None:
         def size(point: object) -> float:
             return float(np.abs(amplitudes(point.q)[1, 0]))
 
-        top = found.greatest(int(np.argmax([size(point) for point in found.points])), size)
+        at = int(np.argmax([size(point) for point in found.points]))
+        top, is_met = found.greatest(at, size)
+        assert is_met and all(fold.is_met for fold in found.folds)
         assert (top.speed, size(top)) == pytest.approx(expected, rel=1e-7)
 
 

@@ -223,6 +223,27 @@ def test_a_remark_says_why_a_branch_was_not_followed_further(
 
 
 @pytest.mark.slow
+def test_a_peak_that_was_not_met_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The nearest motion that was followed then stands for it, and for a fold."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.008), np.radians(20.0))
+
+    def resonance() -> tuple[vibration.CriticalSpeed, str]:
+        found = vibration.critical_speeds(scene, [0.45, 0.55], orders=2, instabilities=False)
+        (row,) = found
+        return row, "; ".join(found.remarks)
+
+    known, remarks = resonance()
+    assert known.outcome == "known" and "not met" not in remarks
+    monkeypatch.setattr(continuation.Branch, "reached", lambda *_: None)
+    row, remarks = resonance()
+    assert row.outcome == "open"
+    assert 0.98 * known.severity < row.severity < known.severity
+    assert "its peak was not met: its amplitude is that of the nearest motion" in remarks
+    for fold in (row.rising, row.falling):
+        assert f"where its branch turns back at about {fold:.6g} rad/s was not met" in remarks
+
+
+@pytest.mark.slow
 def test_undamped_resonances_of_linear_lines_have_no_bound() -> None:
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5)
     found = vibration.critical_speeds(

@@ -110,12 +110,14 @@ class Fold(NamedTuple):
     Attributes:
         place: number of the point nearby.
         sense: in which speed went before.
-        point: right there.
+        point: right there; the one nearby if it was not met.
+        is_met: whether the place itself was found.
     """
 
     place: int
     sense: float
     point: Point
+    is_met: bool
 
 
 class Branch:
@@ -365,8 +367,10 @@ class Branch:
         """Return the distance of two points."""
         return self._length(self._between(first, second))
 
-    def greatest(self, index: int, measure: Callable[[Point], float]) -> Point:
+    def greatest(self, index: int, measure: Callable[[Point], float]) -> tuple[Point, bool]:
         """Return the point beside an inner one at which a measure is greatest.
+
+        And whether it was met: if not, it is the inner one.
 
         Args:
             index: of the point whose measure exceeds that of both neighbours.
@@ -382,7 +386,8 @@ class Branch:
         first, second = self.points[index : index + 2]
         if rise(top) < 0.0:
             first, second = self.points[index - 1 : index + 1]
-        return max(top, self.reached(first, second, rise) or top, key=measure)
+        found = self.reached(first, second, rise)
+        return max(top, found or top, key=measure), found is not None
 
     def reached(
         self, first: Point, second: Point, measure: Callable[[Point], float]
@@ -420,7 +425,7 @@ class Branch:
         steps = np.sign(np.diff([point.speed for point in self.points]))
         (turns,) = np.nonzero(steps[1:] * steps[:-1] < 0.0)
         return [
-            Fold(index, sense, self.greatest(index, _speed_along(sense)))
+            Fold(index, sense, *self.greatest(index, _speed_along(sense)))
             for index, sense in zip((turns + 1).tolist(), steps[turns].tolist(), strict=True)
         ]
 

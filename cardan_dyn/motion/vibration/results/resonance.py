@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from itertools import pairwise
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -213,9 +214,9 @@ class CriticalSpeed(NamedTuple):
             a mode without a peak of its own, at the crossing, as a remark says. `forced_response`
             has what other modes add or take away as well. Growth rate of an instability [1/s].
         outcome: `known`; `unbounded`: the equation is linear and has no damping, so that the
-            severity is infinite; `open`: the branch of motions was not followed to its peak, as a
-            remark says why, or an instability goes on beyond the range, so that the severity is the
-            greatest that was found and greater ones may exist.
+            severity is infinite; `open`: the branch of motions was not followed to its peak, or
+            that was not met, as a remark says, or an instability goes on beyond the range, so that
+            the severity is the greatest that was found and greater ones may exist.
         amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
         lower, upper: edges of an instability; of a resonance, least and greatest speed about the
             peak at which the amplitude along the branch is above half power, 1/√2 of the peak
@@ -347,7 +348,7 @@ def resonance(search: MotionSearch, order: float, mode: int, rest: Crossing) -> 
     else:
         reasons = "; ".join(dict.fromkeys(item.reason for item in branches if item.reason))
         notes += [f"the branch of its motions was not followed to its peak: {reasons}"]
-    outcome = KNOWN if is_whole else OPEN
+    outcome = KNOWN if is_whole and found.is_met else OPEN
     ends |= found.jumps
     return told(crossing, found.severity, outcome, *notes, peak=found.peak, **ends)
 
@@ -425,6 +426,7 @@ class _Stretch:
     Attributes:
         severity: greatest share; -inf where the mode has no peak of its own.
         peak: the motion there, if there is one.
+        is_met: whether it is the peak itself, and not the nearest motion that is known.
     """
 
     def __init__(self, branch: Branch, order: float, crossing: Crossing) -> None:
@@ -437,18 +439,18 @@ class _Stretch:
         chosen = leads if np.any(leads & is_peak) else leads | is_inside
         # Of two peaks, the one with the higher point beside it need not be the higher one.
         (places,) = np.nonzero(is_peak & chosen)
-        tops = [(branch.greatest(at, self.share), at) for at in places.tolist()]
+        tops = [(at, *branch.greatest(at, self.share)) for at in places.tolist()]
         if not branch.is_whole:
             (places,) = np.nonzero(chosen)
-            tops += [(branch.points[at], at) for at in places.tolist()]
-            tops += [(fold.point, fold.place) for fold in branch.folds if chosen[fold.place]]
-        self.severity, self._top = -np.inf, 0
-        self.peak: Point | None = None
+            tops += [(at, branch.points[at], True) for at in places.tolist()]
+            tops += [(of.place, of.point, True) for of in branch.folds if chosen[of.place]]
         self._points, self._own = branch.points, own
-        for point, at in tops:
-            size = self.share(point)
-            if size > self.severity:
-                self.severity, self.peak, self._top = size, point, at
+        self.peak: Point | None
+        self.severity, self._top, self.peak, self.is_met = max(
+            ((self.share(point), at, point, is_met) for at, point, is_met in tops),
+            key=itemgetter(0),
+            default=(-np.inf, 0, None, True),
+        )
 
     def share(self, point: Point) -> float:
         """Return what the mode has in a motion."""
@@ -475,6 +477,14 @@ class _Stretch:
             peak: the greatest of them.
         """
         notes = []
+        if not self.is_met:
+            notes.append("its peak was not met: its amplitude is that of the nearest motion")
+        notes += [
+            f"where its branch turns back at about {fold.point.speed:.6g} rad/s was not met: what "
+            "is told of it is that of the nearest motion"
+            for fold in self._branch.folds
+            if not fold.is_met
+        ]
         if not stays(peak.motions)[0]:
             most = self._greatest_lasting()
             more = "" if most is None else f"; of those that a rig stays at, {most:.3g} was found"
