@@ -11,7 +11,7 @@ from cardan_dyn.analytic.impact import Start
 
 from ...core.dynamics.problem_solver import ProblemSolver
 from ...core.problem.problem import Problem
-from ...kit.arrays import Array
+from ...kit.arrays import ROUNDED, Array
 from ...kit.checks import described, mapping, names, number, positive
 from ...kit.errors import ArgumentError, ModelError, choices
 from .opened_joint import Bearing, OpenedJoint, PinAxis
@@ -25,9 +25,6 @@ Lengths = float | Mapping[str, float]
 """One of all joints, or by name [m]."""
 Stiffnesses = float | PinGeometry | Mapping[str, float | PinGeometry]
 """One of all contacts [N/m], or by name; a geometry decides it by the force."""
-
-_LONGEST = 1e6
-"""Ratio of a radius and the mechanism's length, either way, up to which rounding spares both."""
 
 
 def damping_ratio_of(ratio: Any) -> float:
@@ -277,7 +274,9 @@ def opened_joints(
 
 def _radii(given: Any, bearings: tuple[Bearing, ...], length: float) -> Array:
     """Return the radii of both pins of a cross, NaN of one without open bearings [m]."""
-    found, low, high = np.full(2, np.nan), length / _LONGEST, length * _LONGEST
+    # Within such a ratio to the mechanism's length, either way, rounding spares both.
+    found, far = np.full(2, np.nan), float(np.sqrt(ROUNDED))
+    low, high = far * length, length / far
     for item in bearings:
         if given is None:
             raise ArgumentError(

@@ -15,14 +15,11 @@ from cardan_dyn.analytic.impact import Start
 from cardan_dyn.analytic.impact import reversal as undamped
 from cardan_dyn.analytic.peak_exponents import PeakExponents, peak_exponents
 
-from ...kit.arrays import EPS, Array
+from ...kit.arrays import EPS, ROUNDED, Array
 from ...kit.checks import positive
 from ...kit.errors import ArgumentError
 from .arguments import damping_ratio_of, start_of
 from .pin_geometry import StiffnessLaw
-
-_BELOW_LIMIT = 0.999
-"""Fraction of the greatest force of a contact up to which steps go; beyond, there is no answer."""
 
 
 class Estimates(NamedTuple):
@@ -96,7 +93,8 @@ class ImpactModel:
         if not isinstance(law, StiffnessLaw):
             return _at(given["mass"], law, *others)
         limit = law.limit(clearance)
-        most = _BELOW_LIMIT * limit
+        # At the limit itself a contact has no stiffness.
+        most = (1.0 - ROUNDED) * limit
         # Peaks depend on stiffness little, and it on them less: steps converge from any force.
         force = np.full(np.broadcast_shapes(np.shape(given["mass"]), np.shape(slope)), 0.1 * limit)
         stays = np.zeros(force.shape, dtype=bool)

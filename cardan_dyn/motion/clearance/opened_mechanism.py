@@ -13,11 +13,9 @@ import pinocchio
 
 from ...core.mechanism.joints import Part
 from ...core.mechanism.mechanism import Mechanism
-from ...kit.arrays import NOTHING, Array
+from ...kit.arrays import NOTHING, ROUNDED, Array
 from ..simulation.closed_directions import ClosedDirections, CouplingRows
 
-_WEIGHTLESS = 1e-13
-"""Inertia of a way, as a fraction of the greatest of any coordinate, that counts as none."""
 _KINDS = {
     "prismatic": pinocchio.JointModelPrismaticUnaligned,
     "revolute": pinocchio.JointModelRevoluteUnaligned,
@@ -148,7 +146,7 @@ class OpenedMechanism:
         free, inertia = self._closure.free, self._closure.metric(self._with_freedoms(x))
         # What is left of the inertias of all coordinates where a way has none.
         greatest = np.max(np.diag(inertia) * self._scale[free] ** 2, initial=0.0)
-        return ways[free].T @ inertia @ ways[free], _WEIGHTLESS * float(greatest)
+        return ways[free].T @ inertia @ ways[free], ROUNDED * float(greatest)
 
     def _with_freedoms(self, x: Array) -> Array:
         """Return coordinates of the opened mechanism, those that were added being zero."""

@@ -35,9 +35,6 @@ if TYPE_CHECKING:
     from ...core.mechanism.mechanism import Mechanism
     from ...scene.scene import Scene
 
-_DEEPEST = 1e3
-"""Greatest depth, in clearances, at which a wall is looked for that bears the force."""
-
 
 def simulate(
     scene: Scene,
@@ -269,7 +266,7 @@ class RigidStart:
         result = np.zeros((len(force), len(ways)))
         if not np.all(sizes > 0.0):
             return result
-        depths = np.array([_depth(pin, size) for size in sizes.tolist()])
+        depths = np.array([self._depth(pin, size) for size in sizes.tolist()])
         # The wall pushes the pin back, into the middle.
         offsets = -force * ((0.5 * pin.clearance + depths) / sizes)[:, None]
         angles = np.asarray(sweep.motion.position(pin.joint)).tolist()
@@ -300,19 +297,16 @@ class RigidStart:
         moment = np.asarray(sweep.wrench(name, "world").moment)
         return np.asarray(np.cross(moment, axis) / (2.0 * reach))
 
+    def _depth(self, pin: OpenPin, force: float) -> float:
+        """Return how deep a force presses a pin into its wall [m]."""
+        length = self._scene.mechanism.characteristic_length
 
-def _depth(pin: OpenPin, force: float) -> float:
-    """Return how deep a force presses a pin into its wall [m]."""
+        def missing(depth: float) -> float:
+            return force - float(pin.law.force(depth, 0.0, np.inf))
 
-    def missing(depth: float) -> float:
-        return force - float(pin.law.force(depth, 0.0, np.inf))
-
-    deepest = pin.clearance
-    while missing(deepest) > 0.0:
-        deepest *= 2.0
-        if deepest > _DEEPEST * pin.clearance:
+        if missing(length) > 0.0:
             raise ArgumentError(
-                f"joint {pin.joint!r}: its force of {force:.3g} N presses the pin farther "
-                f"into the wall than {_DEEPEST:g} times the clearance; its contact is too soft"
+                f"joint {pin.joint!r}: its force of {force:.3g} N presses the pin into the wall "
+                f"farther than the mechanism is long, {length:.3g} m; its contact is too soft"
             )
-    return zero(missing, 0.0, deepest)
+        return zero(missing, 0.0, length)

@@ -305,6 +305,18 @@ def test_bad_input_is_refused(
         clearance.simulate(scene(), 100.0, **{**arguments, **changes})  # type: ignore[arg-type]
 
 
+def test_a_contact_gives_way_by_less_than_the_mechanism_is_long() -> None:
+    """By the force without clearance; a scan draws the same line, by the greatest of a turn."""
+    force = scene().sweep([0.8], 100.0)["crank_pin"].force[0]
+    length = scene().mechanism.characteristic_length
+    limit = float(np.linalg.norm(force)) / length
+    given = {"joints": "crank_pin", "clearance": 1e-5, "position": 0.8, "turns": 1e-6}
+    soft = clearance.simulate(scene(), 100.0, stiffness=1.01 * limit, **given)
+    assert soft["crank_pin"].depth[0] == pytest.approx(length / 1.01)
+    with pytest.raises(cd.ArgumentError, match=f"farther than the mechanism is long, {length:.3g}"):
+        clearance.simulate(scene(), 100.0, stiffness=0.99 * limit, **given)
+
+
 def test_a_response_is_no_scene() -> None:
     with pytest.raises(cd.ArgumentError, match="of type Response, expected a scene"):
         clearance.simulate(

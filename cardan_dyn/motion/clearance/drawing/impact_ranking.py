@@ -8,10 +8,6 @@ from ....figures.style import Figure, Into, Size, in_look, line_style, plain, po
 from ....kit.errors import ArgumentError
 from ..scan_results import Scan
 
-_BAR = 0.36
-"""Width of a bar, where joints are 1 apart."""
-_LESS = -0.1
-
 
 @in_look
 def impact_ranking(
@@ -36,7 +32,8 @@ def impact_ranking(
     if not len(scanned):
         raise ArgumentError("no joint was scanned, so that there is no ranking")
     ranking = scanned.ranking
-    places = np.arange(len(ranking))
+    # Joints are 1 apart.
+    places, bar, less = np.arange(len(ranking)), 0.36, 0.1
     joints = [scanned[name] for name in ranking]
     size = (10.5, 2.2 + 0.55 * len(ranking))
     drawn = sheet(1, 2, size=size, ax=ax, figsize=figsize)
@@ -44,16 +41,16 @@ def impact_ranking(
     rigid = [joint.rigid_peak for joint in joints]
     peaks = [joint.peak for joint in joints]
     solid, open_bar = line_style(0)["color"], line_style(1)["color"]
-    forces.barh(places - _BAR / 2, peaks, _BAR, color=solid, label="with clearance: peak")
+    forces.barh(places - bar / 2, peaks, bar, color=solid, label="with clearance: peak")
     ends = [joint.greatest for joint in joints]
     widths = [joint.greatest - joint.least for joint in joints]
     # The peak may lie above its interval: a force without clearance, or one that was simulated.
     interval = {"xerr": [widths, np.zeros(len(joints))], "fmt": "none", "ecolor": "0.3"}
-    forces.errorbar(ends, places - _BAR / 2, **interval, capsize=3.0, label="its interval")
+    forces.errorbar(ends, places - bar / 2, **interval, capsize=3.0, label="its interval")
     forces.barh(
-        places + _BAR / 2,
+        places + bar / 2,
         rigid,
-        _BAR,
+        bar,
         color="white",
         edgecolor=open_bar,
         hatch="///",
@@ -62,14 +59,14 @@ def impact_ranking(
     forces.set_xlabel("force [N]")
     forces.set_yticks(places, [plain(name) for name in ranking])
     worst = [joint.worst for joint in joints]
-    bought = [item.effects(_LESS) if item is not None and item.strikes else None for item in worst]
+    bought = [item.effects(-less) if item is not None and item.strikes else None for item in worst]
     parameters = next((list(found) for found in bought if found is not None), [])
     for index, name in enumerate(parameters):
         values = [np.nan if found is None else 100.0 * found[name] for found in bought]
         beside = 0.6 * (index / (len(parameters) - 1) - 0.5)
         effects.plot(values, places + beside, **point_style(index), label=f"less {name}")
     effects.axvline(0.0, color="0.3", linewidth=0.9)
-    effects.set_xlabel(f"change of the two-mass peak with {-100.0 * _LESS:g} % less [%]")
+    effects.set_xlabel(f"change of the two-mass peak with {100.0 * less:g} % less [%]")
     effects.set_yticks(places, [""] * len(ranking))
     for axes in (forces, effects):
         axes.set_ylim(len(ranking) - 0.5, -0.5)
