@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from ...kit.checks import (
     names,
     numbers,
     semidefinite,
+    several,
     shortened,
     text,
     vector,
@@ -277,6 +278,27 @@ def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, 
         check_distance(mechanism, name, label, float(array))
         positions[name] = float(array)
     return positions
+
+
+def held_designs(held: Collection[str], given: object) -> dict[str, Array]:
+    """Return positions `(D,)` of held joints in D designs, from the argument called `held`.
+
+    Args:
+        held: names of all joints that the scene holds.
+        given: some of them to their positions, a number or several, as many for each.
+
+    Raises:
+        ArgumentError: no such mapping, or another joint.
+    """
+    designs = {
+        name: several(f"held[{name!r}]", values) for name, values in mapping("held", given).items()
+    }
+    if len(set(map(len, designs.values()))) > 1:
+        raise ArgumentError("held gives joints different numbers of positions")
+    for name in designs:
+        if name not in held:
+            raise ArgumentError(f"{name!r} is not held by the scene, and cannot take positions")
+    return designs
 
 
 def near_positions(

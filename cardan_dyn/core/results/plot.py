@@ -17,7 +17,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from functools import wraps
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -64,6 +65,7 @@ _INSTEAD = {
 _OWN = ("title", "peaks", "ax", "figsize")
 """Options that all figures of lines have."""
 _Kind = TypeVar("_Kind", bound="type[Plot]")
+_Draw = TypeVar("_Draw", bound="Callable[..., Figure]")
 _PLOTS: dict[type, type[Plot]] = {}
 
 
@@ -75,6 +77,21 @@ def draws(kind: type) -> Callable[[_Kind], _Kind]:
         return plot
 
     return register
+
+
+def own_figure(draw: _Draw) -> _Draw:
+    """Let a method of a plot draw without columns; those that are named are of the table.
+
+    It is given those of its options alone that it names, and `title`, `ax` and `figsize`.
+    """
+
+    @wraps(draw)
+    def drawn(self: Plot, *columns: Any, **options: Any) -> Figure:
+        if columns:
+            return Plot.__call__(self, *columns, **options)
+        return draw(self, **own_options(options, *(draw.__kwdefaults__ or ())))
+
+    return cast("_Draw", drawn)
 
 
 def plot_of(result: Any) -> Plot:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...core.results.plot import Plot, draws, own_options
+from ...core.results.plot import Plot, draws, own_figure, own_options
 from ...kit.errors import ArgumentError
 from . import drawing
 from .contact_simulation import ContactSimulation, JointContact
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 class ScanPlot(Plot):
     """Draws a scan: `scan.plot()`, its ranking."""
 
+    @own_figure
     def __call__(self, *columns: Any, **options: Any) -> Figure:
         """Draw joints by their peaks, and what would make these milder.
 
@@ -34,9 +35,7 @@ class ScanPlot(Plot):
         Raises:
             ArgumentError: no joint was scanned, or as `Plot`.
         """
-        if columns:
-            return super().__call__(*columns, **options)
-        return drawing.impact_ranking(self._result, **own_options(options))
+        return drawing.impact_ranking(self._result, **options)
 
     def reversals(self, joints: str | Sequence[str] | None = None, **options: Any) -> Figure:
         """Draw where forces swing round, see `drawing.force_reversals`."""
@@ -68,6 +67,7 @@ class ScanPlot(Plot):
 class ScannedPlot(Plot):
     """Draws a scanned joint, its forces and peaks; and one over speeds and designs, its peaks."""
 
+    @own_figure
     def __call__(self, *columns: Any, **options: Any) -> Figure:
         """Draw `drawing.pin_forces` of a joint, `drawing.pin_peaks` of a map.
 
@@ -78,11 +78,8 @@ class ScannedPlot(Plot):
         Raises:
             ArgumentError: a map has one speed only, or as `Plot`.
         """
-        if columns:
-            return super().__call__(*columns, **options)
-        if isinstance(self._result, ScanMap):
-            return drawing.pin_peaks(self._result, **own_options(options))
-        return drawing.pin_forces(self._result, **own_options(options))
+        is_map = isinstance(self._result, ScanMap)
+        return (drawing.pin_peaks if is_map else drawing.pin_forces)(self._result, **options)
 
 
 @draws(ContactSimulation)

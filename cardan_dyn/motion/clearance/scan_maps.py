@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from cardan_dyn.analytic.impact import Start
 
+from ...core.problem.arguments import held_designs
 from ...core.results.result import Result
 from ...core.results.table import Table
 from ...kit.arrays import Array
-from ...kit.checks import mapping, several, text
+from ...kit.checks import several, text
 from ...kit.errors import ArgumentError
 from ...kit.frozen import read_only
 from ...kit.time_left import Task
@@ -148,20 +149,14 @@ def scan_map(
     scene_of(scene)
     name = text("joint", joint)
     every = [speed_of(value) for value in several("speed", speed)]
-    designs = {
-        key: several(f"held[{key!r}]", values) for key, values in mapping("held", held).items()
-    }
-    counts = {len(values) for values in designs.values()}
-    if len(counts) != 1:
-        raise ArgumentError("held gives no positions, or joints different numbers of them")
-    for key in designs:
-        if key not in scene.held:
-            raise ArgumentError(f"{key!r} is not held by the scene, and cannot take positions")
+    designs = held_designs(scene.held, held)
+    if not designs:
+        raise ArgumentError("held gives no positions")
     scans: list[tuple[JointScan, ...]] = []
-    count = counts.pop()
-    with Task("scans", count) as task:
-        for index in range(count):
-            design = scene.replace(held={key: values[index] for key, values in designs.items()})
+    rows = list(zip(*designs.values(), strict=True))
+    with Task("scans", len(rows)) as task:
+        for row in rows:
+            design = scene.replace(held=dict(zip(designs, row, strict=True)))
             scanner = Scanner(
                 design, name, bearings, clearance, stiffness, radius, damping_ratio, start, rotor
             )

@@ -9,17 +9,16 @@ from testkit import elastic_rigs
 
 import cardan_dyn as cd
 from cardan_dyn import VibrationError
+from cardan_dyn.core.elements.law import Law
 from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.motion.vibration.motions.driven import Characteristic, Driven, DrivenMotions
+from cardan_dyn.motion.vibration.motions.driven import Driven, DrivenMotions, drive_torque
 from cardan_dyn.motion.vibration.motions.harmonic_balance import Motions
 from cardan_dyn.motion.vibration.motions.search import MotionSearch
 
 BETA = np.radians(25.0)
 
 
-def near(
-    scene: cd.Scene, speeds: list[float], torque: Characteristic | None
-) -> tuple[Driven, Motions]:
+def near(scene: cd.Scene, speeds: list[float], torque: Law | None) -> tuple[Driven, Motions]:
     search = MotionSearch(rotating_scene(scene))
     (motions,) = search.primary(np.array(speeds))
     return DrivenMotions(search, torque).of(motions), motions
@@ -29,9 +28,12 @@ def near(
 @pytest.mark.parametrize("slope", [0.0, 0.02])
 def test_a_shaft_by_hand_comes_back_to_its_start(slope: float) -> None:
     """Under what the motion is said to absorb, after half a turn in the time of its mean speed."""
-    given = Characteristic(lambda speed: 1e-5 + slope * (0.5 - speed))
+
+    def given(speed: np.ndarray) -> np.ndarray:
+        return 1e-5 + slope * (0.5 - speed)
+
     scene = elastic_rigs.scene(elastic_rigs.elastic_rig(), BETA)
-    found, _ = near(scene, [0.48, 0.512], given)
+    found, _ = near(scene, [0.48, 0.512], drive_torque(given))
     for row, speed in enumerate(found.speed.tolist()):
         lack = float(found.lack[row])
         shaft = DrivenShaft(BETA, lambda w, lack=lack: given(w) + lack)  # type: ignore[misc]
@@ -40,7 +42,7 @@ def test_a_shaft_by_hand_comes_back_to_its_start(slope: float) -> None:
         np.testing.assert_allclose(end - start, [np.pi, 0, 0, 0, 0, 0], atol=2e-9)
         # The drive gives way, by some hundredths: the test would see it held at speed.
         assert np.ptp(found.pace[row]) > 0.01 * speed
-        mean = np.mean(given.at(found.pace[row]))
+        mean = np.mean(given(found.pace[row]))
         assert found.torque[row] == pytest.approx(mean + lack, rel=1e-6)
 
 
@@ -62,7 +64,7 @@ def test_a_weight_on_the_input_shaft_asks_once_a_turn() -> None:
     heavy = '<link name="shaft_in"><inertial>'
     urdf = elastic_rigs.elastic_rig().replace(heavy, f'{heavy}<origin xyz="0 0.01 0"/>')
     scene = elastic_rigs.scene(urdf, BETA, gravity=[0.0, -1.0, 0.0])
-    found, motions = near(scene, [0.55], Characteristic(0.0))
+    found, motions = near(scene, [0.55], drive_torque(0.0))
     assert motions.model.divisor == 2
     assert found.pace.shape[1] > 2 * motions.model.count
     run = scene.replace(free=scene.coordinates).simulate(
@@ -85,4 +87,4 @@ def test_a_drive_that_stands_still_within_a_turn_is_refused() -> None:
     urdf = elastic_rigs.elastic_rig().replace(heavy, f'{heavy}<origin xyz="0 1 0"/>')
     scene = elastic_rigs.scene(urdf, BETA, gravity=[0.0, -1.0, 0.0])
     with pytest.raises(VibrationError, match=r"mean speed of 0\.55 rad/s: its inertia may be"):
-        near(scene, [0.55], Characteristic(0.0))
+        near(scene, [0.55], drive_torque(0.0))

@@ -195,8 +195,22 @@ def test_what_is_asked_for_wrongly(chart: Floquet) -> None:
         _ = vibration.floquet(chart.scene, 0.7).regions
     with pytest.raises(ArgumentError, match="ascending speeds"):
         vibration.floquet(chart.scene, [1.0, 0.9], edges=True)
-    with pytest.raises(ArgumentError, match="same number for each joint"):
-        vibration.floquet(chart.scene, 1.0, held={"joint_angle": 0.3})
+    with pytest.raises(ArgumentError, match="'twist_in' is not held by the scene"):
+        vibration.floquet(chart.scene, 1.0, held={"twist_in": [0.3]})
+    with pytest.raises(ArgumentError, match="has shape"):
+        vibration.floquet(chart.scene, 1.0, held={"joint_angle": [[0.3]]})
+
+
+def test_one_position_is_one_design(chart: Floquet) -> None:
+    one, alone = (
+        vibration.floquet(scene, 0.7, held=held)
+        for scene, held in (
+            (chart.scene, {"joint_angle": 0.3}),
+            (chart.scene.replace(held={"joint_angle": 0.3}), None),
+        )
+    )
+    assert one.kind.shape == (1, 1)
+    np.testing.assert_array_equal(one.multipliers[0], alone.multipliers)
 
 
 def boxes(axes: object) -> list[tuple[float, float, float]]:

@@ -7,15 +7,14 @@ import pytest
 from testkit import elastic_rigs
 
 from cardan_dyn import VibrationError
+from cardan_dyn.core.elements.law import Law
 from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.motion.vibration.motions.driven import Characteristic
+from cardan_dyn.motion.vibration.motions.driven import drive_torque
 from cardan_dyn.motion.vibration.motions.search import MotionSearch
 from cardan_dyn.motion.vibration.results.run_up import Rising, SimulatedRun, windows_of
 
 
-def run(
-    first: float, last: float, torque: Characteristic | None, max_amplitude: float = 1.0
-) -> SimulatedRun:
+def run(first: float, last: float, torque: Law | None, max_amplitude: float = 1.0) -> SimulatedRun:
     line = elastic_rigs.torsional_line(damping_in=0.2)
     search = MotionSearch(rotating_scene(elastic_rigs.scene(line, 0.2)), max_amplitude)
     return SimulatedRun(search, first, last, torque)
@@ -57,20 +56,20 @@ def test_a_prescribed_speed_rises_steadily() -> None:
 @pytest.mark.parametrize(("first", "last", "torque"), [(1.5, 1.6, 0.02), (1.6, 1.5, -0.02)])
 def test_a_torque_ends_the_run_at_the_last_speed(first: float, last: float, torque: float) -> None:
     """J = 2, less what damping takes: 0.02 N·m change the speed by 0.1 rad/s within some 10 s."""
-    found = run(first, last, Characteristic(torque)).over(60.0, 1e-8)
+    found = run(first, last, drive_torque(torque)).over(60.0, 1e-8)
     assert found.time[-1] == pytest.approx(10.0, abs=0.5)
     assert found.speed[-1] == pytest.approx(last, rel=0.02)
 
 
 def test_it_begins_with_the_mean_speed_asked_for() -> None:
-    found = run(1.5, 1.6, Characteristic(1e-5)).over(4.0 * np.pi / 1.5, 1e-8)
+    found = run(1.5, 1.6, drive_torque(1e-5)).over(4.0 * np.pi / 1.5, 1e-8)
     assert found.window == pytest.approx(1.5, rel=1e-3)
     assert found.speed[0] != pytest.approx(1.5, rel=1e-3)
 
 
 @pytest.mark.slow
 def test_a_line_through_a_speed_settles_there() -> None:
-    line = Characteristic(lambda speed: 0.2 * (1.55 - speed))
+    line = drive_torque(lambda speed: 0.2 * (1.55 - speed))
     assert run(1.5, 1.6, line).over(80.0, 1e-8).settled_speed == pytest.approx(1.55, rel=2e-3)
     # Still on its way, it has not settled.
     assert np.isnan(run(1.5, 1.6, line).over(15.0, 1e-8).settled_speed)

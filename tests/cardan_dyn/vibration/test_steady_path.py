@@ -10,6 +10,7 @@ from vibrating_lines import SpringInFront
 
 from cardan_dyn import VibrationError, vibration
 from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.motion.vibration.motions.continuation import motions_of
 from cardan_dyn.motion.vibration.motions.search import MotionSearch
 from cardan_dyn.motion.vibration.motions.steady_path import SteadyPath, steady_path
 
@@ -34,13 +35,13 @@ def test_the_only_motion_is_that_of_the_response() -> None:
     later = found.speed[8:]
     closest = later[np.argmin(np.diff(later)[:-1])]
     assert 0.483 < closest < 0.488 or 0.511 < closest < 0.515
-    picked = found.motions[::6]
-    speeds = [float(item.course.speed[0]) for item in picked]
+    picked = found.points[::6]
+    speeds = [item.speed for item in picked]
     scene = elastic_rigs.scene(urdf, beta)
     expected = vibration.forced_response(scene, speeds, joints=[]).amplitude
     for item, waves in zip(picked, expected, strict=True):
         start = np.sum(waves, axis=0).real
-        np.testing.assert_allclose(item.course.q[0, 0], start, atol=1e-9)
+        np.testing.assert_allclose(item.q[0], start, atol=1e-9)
 
 
 @pytest.mark.campaign
@@ -53,15 +54,14 @@ def test_up_and_down_differ_between_the_folds() -> None:
     sizes = []
     for found in (up, down):
         order = np.argsort(found.speed)
-        swing = np.array([np.ptp(item.course.q) / 2.0 for item in found.motions])
+        swing = np.array([np.ptp(item.q) / 2.0 for item in found.points])
         sizes.append(np.interp(np.linspace(0.41, 0.55, 141), found.speed[order], swing[order]))
     gap = np.abs(sizes[0] - sizes[1])
     assert np.max(gap) > 0.2 and np.mean(gap > 0.01) < 0.5
     for found in (up, down):
-        for item in found.motions[::8]:
-            start = np.r_[item.course.q[0, 0], item.course.rate[0, 0]]
-            speed = float(item.course.speed[0])
-            shot = periodic(SpringInFront(STEEP, speed, 0.5, 0.02), start)
+        for item in found.points[::8]:
+            start = np.r_[item.q[0], item.course.rate[0, 0]]
+            shot = periodic(SpringInFront(STEEP, item.speed, 0.5, 0.02), start)
             np.testing.assert_allclose(shot.start, start, atol=1e-9)
 
 
@@ -71,7 +71,11 @@ def test_motions_nearby_are_found_from_the_path() -> None:
     for speed in (0.5141, 0.5123):
         (near,) = found.near(speed)
         assert near.course.speed.tolist() == [speed]
-    assert sum(len(item.index) for item in found.together()) == len(found.motions)
+    groups = motions_of(found.points)
+    index = np.concatenate([group.index for group in groups])
+    speed = np.concatenate([group.course.speed for group in groups])
+    assert len({group.model.count for group in groups}) == len(groups)
+    np.testing.assert_array_equal(speed[np.argsort(index)], found.speed)
 
 
 @pytest.mark.slow
@@ -79,8 +83,8 @@ def test_speeds_without_a_motion_are_missed() -> None:
     """Undamped, the twist exceeds what is looked for near its resonance."""
     line = elastic_rigs.torsional_line()
     found = path(line, np.radians(5.0), 0.45, 0.55, max_amplitude=0.01)
-    assert found.missed and len(found.motions) > 5
-    swings = {float(item.course.speed[0]): np.ptp(item.course.q) / 2.0 for item in found.motions}
+    assert found.missed and len(found.points) > 5
+    swings = {item.speed: np.ptp(item.q) / 2.0 for item in found.points}
     # Without damping the twist goes as 1/(1 - 4 r²).
     gone = [float(abs(1.0 - 4.0 * np.square(speed))) for speed in found.missed]
     there = [abs(1.0 - 4.0 * speed**2) for speed, swing in swings.items() if swing < 0.0095]

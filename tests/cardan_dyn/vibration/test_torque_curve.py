@@ -9,8 +9,9 @@ from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
 
 from cardan_dyn import vibration
+from cardan_dyn.core.elements.law import Law
 from cardan_dyn.motion.vibration.model.rotating_scene import rotating_scene
-from cardan_dyn.motion.vibration.motions.driven import Characteristic
+from cardan_dyn.motion.vibration.motions.driven import drive_torque
 from cardan_dyn.motion.vibration.motions.search import MotionSearch
 from cardan_dyn.motion.vibration.motions.steady_path import steady_path
 from cardan_dyn.motion.vibration.results.torque_curve import TorqueCurve, half_swings
@@ -19,7 +20,7 @@ BETA = np.radians(20.0)
 
 
 def curve(
-    first: float, last: float, torque: Characteristic | None = None, urdf: str | None = None
+    first: float, last: float, torque: Law | None = None, urdf: str | None = None
 ) -> TorqueCurve:
     scene = elastic_rigs.scene(urdf or elastic_rigs.elastic_rig(), BETA)
     search = MotionSearch(rotating_scene(scene))
@@ -72,9 +73,9 @@ def test_barriers_are_met_in_the_order_of_the_run() -> None:
 
 @pytest.mark.slow
 def test_backwards_it_is_the_same_with_other_signs() -> None:
-    torque = Characteristic(4e-6)
+    torque = drive_torque(4e-6)
     ahead = curve(0.505, 0.52, torque)
-    back = curve(-0.505, -0.52, Characteristic(-4e-6))
+    back = curve(-0.505, -0.52, drive_torque(-4e-6))
     (one,), (other,) = (item.barriers(item.predicted()) for item in (ahead, back))
     assert other.speed == pytest.approx(-one.speed, rel=1e-6)
     assert other.torque == pytest.approx(-one.torque, rel=1e-7)
@@ -85,7 +86,7 @@ def test_backwards_it_is_the_same_with_other_signs() -> None:
 
 @pytest.mark.slow
 def test_a_drive_that_slows_down_is_held_nowhere() -> None:
-    falling = curve(0.53, 0.505, Characteristic(5e-6))
+    falling = curve(0.53, 0.505, drive_torque(5e-6))
     (barrier,) = falling.barriers(falling.predicted())
     assert not barrier.is_passed and np.isnan(barrier.holds)
 

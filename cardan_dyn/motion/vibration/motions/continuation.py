@@ -94,14 +94,24 @@ class Point(NamedTuple):
         return self.sign == other.sign and bool(np.all(apart <= gap))
 
     @property
-    def motions(self) -> Motions:
-        """The same as motions of one speed."""
-        return Motions(self.model, np.zeros(1, dtype=int), self.course, np.array([self.sign]))
-
-    @property
     def course(self) -> Course:
         """The same as that of one motion."""
         return course_of(self.q[None], self.state[-1:], self.model.period)
+
+
+def motions_of(points: Sequence[Point]) -> list[Motions]:
+    """Return points as motions, those on as many nodes in one, whose `index` are their places."""
+    counts = np.array([len(point.q) for point in points])
+    found = []
+    for count in np.unique(counts):
+        (index,) = np.nonzero(counts == count)
+        some = [points[place] for place in index.tolist()]
+        q, speed, sign = (
+            np.array([getattr(point, name) for point in some]) for name in ("q", "speed", "sign")
+        )
+        model = some[0].model
+        found.append(Motions(model, index, course_of(q, speed, model.period), sign))
+    return found
 
 
 class Fold(NamedTuple):

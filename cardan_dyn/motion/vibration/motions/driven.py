@@ -13,16 +13,14 @@ way, held at speed, is the case w = Ω.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....core.elements.law import Law
 from ....kit.arrays import EPS, NOTHING, ROUNDED, Array
-from ....kit.checks import described, numbers
 from ....kit.differences import displacements, slopes
-from ....kit.errors import ArgumentError, VibrationError
+from ....kit.errors import VibrationError
 from ....kit.periodic import derivatives, interpolation, next_size, nodes, tail
 from ..model.efforts import with_drive
 from .harmonic_balance import Motions
@@ -32,59 +30,25 @@ _MOST_LEFT = float(np.sqrt(EPS))
 """Residual, and highest orders, as a fraction of the whole, with which no motion is returned."""
 
 
-@dataclass(frozen=True)
-class Characteristic:
-    """Torque of a drive, constant or a function of its speed.
-
-    Attributes:
-        torque: a number [N·m], or a function of the speed [rad/s] that returns one.
+def drive_torque(given: Any) -> Law:
+    """Return the torque of a drive [N·m] as a law of its speed [rad/s].
 
     Raises:
-        ArgumentError: it is neither.
+        ArgumentError: it is no number, no function and no table.
     """
-
-    torque: float | Callable[[float], float]
-
-    def __post_init__(self) -> None:
-        if not callable(self.torque):
-            object.__setattr__(self, "torque", _number("torque", self.torque))
-
-    def __call__(self, speed: float) -> float:
-        """Return the torque at a speed.
-
-        Raises:
-            ArgumentError: the function fails, or returns no finite number.
-        """
-        if not callable(self.torque):
-            return self.torque
-        at = f"torque at {speed:g} rad/s"
-        try:
-            value = self.torque(speed)
-        except Exception as error:
-            raise ArgumentError(f"{at} fails: {type(error).__name__}: {error}") from error
-        return _number(at, value)
-
-    def at(self, speeds: Array) -> Array:
-        """Return the torques at speeds of any shape."""
-        if not callable(self.torque):
-            return np.full(speeds.shape, self.torque)
-        return np.array([self(speed) for speed in speeds.ravel().tolist()]).reshape(speeds.shape)
-
-    def slope(self, speeds: Array) -> Array:
-        """Return derivatives of the torque by the speed [N·m·s/rad]."""
-        if not callable(self.torque):
-            return np.zeros(speeds.shape)
-        unit = np.ones(1)
-        torques = np.array([self.at(speeds * (1.0 + part)) for part in displacements(unit)[:, 0]])
-        return np.asarray(slopes(torques, unit)[..., 0] / speeds)
+    return Law.checked("torque", given, "speed", ("speed",))
 
 
-def _number(label: str, value: Any) -> float:
-    """Return one finite number."""
-    found = numbers(label, value)
-    if found.size != 1:
-        raise ArgumentError(f"{label} is {described(value)}, expected a number")
-    return float(found.reshape(()))
+def torque_at(law: Law, speeds: Array) -> Array:
+    """Return the torques of a drive at speeds of any shape; errors as of `Law.at`."""
+    return law.at("torque", speed=speeds.ravel()).reshape(speeds.shape)
+
+
+def torque_slope(law: Law, speeds: Array) -> Array:
+    """Return derivatives of the torque by the speed [N·m·s/rad], not 0."""
+    unit = np.ones(1)
+    torques = [torque_at(law, speeds * (1.0 + part)) for part in displacements(unit)[:, 0]]
+    return np.asarray(slopes(np.array(torques), unit)[..., 0] / speeds)
 
 
 class Driven(NamedTuple):
@@ -110,16 +74,16 @@ class Driven(NamedTuple):
 class DrivenMotions:
     """Finds motions under a torque near those at constant speed."""
 
-    def __init__(self, search: MotionSearch, torque: Characteristic | None) -> None:
+    def __init__(self, search: MotionSearch, torque: Law | None) -> None:
         """Take a scene.
 
         Args:
             search: of the scene.
-            torque: characteristic of the drive; None where it is held at constant speed.
+            torque: of the drive; None where it is held at constant speed.
         """
         self._efforts, self._units = search.model.efforts, search.rotating.units
         self._period = search.rotating.period
-        self._is_held, self._given = torque is None, torque or Characteristic(0.0)
+        self._is_held, self._given = torque is None, torque or drive_torque(0.0)
 
     def of(self, motions: Motions) -> Driven:
         """Return the motions near others at constant speed.
@@ -185,7 +149,7 @@ class DrivenMotions:
         place, *moves = _states(period, pace, q)
         efforts = self._efforts(place, *moves)
         torque = np.mean(efforts[..., 0], axis=1)
-        efforts[..., 0] -= self._given.at(pace) + np.reshape(lack, (-1, 1))
+        efforts[..., 0] -= torque_at(self._given, pace) + np.reshape(lack, (-1, 1))
         # Free coordinates move by w q'.
         return Driven(speed, pace, q, moves[0][..., 1:], torque, np.asarray(lack)), efforts
 
@@ -201,7 +165,7 @@ class DrivenMotions:
         size, count, free = q.shape
         first, second = derivatives(count, period)
         states = _states(period, pace, q)
-        local, given = self._efforts.local(*states), self._given.at(pace)
+        local, given = self._efforts.local(*states), torque_at(self._given, pace)
         still = local.efforts - (local.by_acceleration @ states[2][..., None])[..., 0]
         scale = np.maximum(np.max(np.abs(still), axis=(1, 2)), np.max(np.abs(given), axis=1))
         scale = np.where(scale > 0.0, scale, 1.0)
@@ -220,7 +184,7 @@ class DrivenMotions:
         bent = 2.0 * w * bend * dw + w**2 * dq_2 + rate * pull + w * w_1 * dq_1
         every = local.by_position @ dq + local.by_speed @ moved
         every += local.by_acceleration @ np.concatenate([pull, bent], axis=2)
-        every[:, :, :1] -= self._given.slope(pace)[..., None, None] * dw
+        every[:, :, :1] -= torque_slope(self._given, pace)[..., None, None] * dw
         # By pace / Ω, q / unit, and lack / size.
         every[..., :count] *= speed[:, None, None, None]
         every[..., count:] *= np.tile(self._units, count)

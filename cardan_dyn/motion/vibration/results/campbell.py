@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ....core.results.plot import Plot, own_options
+from ....core.results.plot import Plot, own_figure
 from ....core.results.table import Table
 from ....kit.arrays import Array
 from ....kit.checks import positives
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 class CampbellPlot(Plot):
     """Draws natural frequencies over speed."""
 
+    @own_figure
     def __call__(
         self, *columns: Any, orders: Any = (1, 2, 4), critical: Any = None, **options: Any
     ) -> Figure:
@@ -42,8 +43,6 @@ class CampbellPlot(Plot):
         Raises:
             ArgumentError: orders are no numbers, or as `Plot`.
         """
-        if columns:
-            return super().__call__(*columns, **options)
         from ....figures.critical_speeds import campbell
 
         found = self._result
@@ -53,7 +52,7 @@ class CampbellPlot(Plot):
             orders=orders,
             whirl=clear_senses(found.whirl),
             critical=critical,
-            **own_options(options, "orders", "critical"),
+            **options,
         )
 
 

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ....core.results.plot import Plot, own_options
+from ....core.problem.arguments import held_designs
+from ....core.results.plot import Plot, own_figure
 from ....core.results.table import Table
 from ....kit.arrays import Array
-from ....kit.checks import flag, mapping, numbers, positive, whole
+from ....kit.checks import flag, positive, whole
 from ....kit.errors import ArgumentError, CardanError
 from ....kit.time_left import Task
 from ..model.rotating_scene import rotating_scene, speeds_of
@@ -37,6 +38,7 @@ _STORED = ("multipliers", "trace", "determinant", "liouville", "kind", "coexisti
 class FloquetPlot(Plot):
     """Draws stability over speed."""
 
+    @own_figure
     def __call__(self, *columns: Any, **options: Any) -> Figure:
         """Draw multipliers over speed, or a chart of what is unstable over speed and design.
 
@@ -51,16 +53,14 @@ class FloquetPlot(Plot):
         Raises:
             ArgumentError: there are several designs, and no such joint; or as `Plot`.
         """
-        if columns:
-            return super().__call__(*columns, **options)
-        found, told = self._result, own_options(options)
+        found = self._result
         if found.kind.ndim == 1 or len(found.kind) == 1:
             from ....figures.vibration import multipliers
 
             sizes = np.abs(found.multipliers).reshape(len(found.speed), -1)
             known = [row for of in found.region for row in of]
             spans = [(row.lower, row.upper, row.kind) for row in known]
-            return multipliers(found.speed, sizes, intervals=spans, **told)
+            return multipliers(found.speed, sizes, intervals=spans, **options)
         from ....figures.critical_speeds import stability_chart
 
         name = next((key for key, of in found.held.items() if len(set(of.tolist())) == len(of)), "")
@@ -77,7 +77,7 @@ class FloquetPlot(Plot):
             ends=(float(np.min(found.speed)), float(np.max(found.speed))),
             joint=f"{name} with {', '.join(others)}" if others else name,
             slides=found.scene.mechanism.coordinates.named[name].slides,
-            **told,
+            **options,
         )
 
 
@@ -208,7 +208,8 @@ def floquet(
     Args:
         scene: with one drive and free coordinates.
         speed: of the drive, a number or `(S,)` [rad/s].
-        held: joints that the scene holds to positions `(D,)`, as many for each: a chart.
+        held: joints that the scene holds, to their positions, one or `(D,)`, as many for each: a
+            chart.
         edges: whether unstable intervals and their edges are found, to 1e-8 of the speed; speeds
             then ascend, and narrow intervals are looked for between them.
         max_amplitude: see `periodic_motion`.
@@ -225,7 +226,7 @@ def floquet(
     if edges and (np.any(np.diff(speeds) <= 0.0) or speeds[0] * speeds[-1] < 0.0):
         raise ArgumentError("edges: give ascending speeds of one sense")
     first = rotating_scene(scene)
-    designs = _designs(held)
+    designs = held_designs(first.scene.held, held)
     rows = zip(*(values.tolist() for values in designs.values()), strict=True)
     places = [dict(zip(designs, row, strict=True)) for row in rows] or [{}]
     work = partial(_of_design, scene, max_amplitude, speeds, edges)
@@ -301,14 +302,3 @@ def _of_design(
     if edges:
         unstable = regions(StabilityOverSpeed(search, speeds, found), speeds, found)
     return found, unstable, search.model.period
-
-
-def _designs(held: Any) -> dict[str, Array]:
-    """Return the positions of held joints `(D,)`."""
-    designs = {
-        name: numbers(f"held[{name!r}]", value) for name, value in mapping("held", held).items()
-    }
-    shapes = {values.shape for values in designs.values()}
-    if len(shapes) > 1 or any(len(shape) != 1 or not shape[0] for shape in shapes):
-        raise ArgumentError("held: give positions (D,) of the same number for each joint")
-    return designs

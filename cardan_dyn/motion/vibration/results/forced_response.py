@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ....core.results.plot import Plot, own_options
+from ....core.results.plot import Plot, own_figure
 from ....core.results.sweep import FRAMES
 from ....core.results.table import Table
 from ....kit.arrays import NOTHING, ROUNDED, Array
@@ -34,6 +34,7 @@ COMPONENTS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z
 class ForcedResponsePlot(Plot):
     """Draws amplitudes over speed."""
 
+    @own_figure
     def __call__(
         self,
         *columns: Any,
@@ -60,8 +61,6 @@ class ForcedResponsePlot(Plot):
         Raises:
             ArgumentError: the orders are no numbers, or as `Plot`.
         """
-        if columns:
-            return super().__call__(*columns, **options)
         from ....figures.critical_speeds import orders_over_speed
 
         found = self._result
@@ -78,7 +77,7 @@ class ForcedResponsePlot(Plot):
             unit=unit_of(found.scene),
             peaks=None if critical is None else critical.peaks(wanted),
             logarithmic=logarithmic,
-            **own_options(options, "orders", "critical", "logarithmic"),
+            **options,
         )
 
 

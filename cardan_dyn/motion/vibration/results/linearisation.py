@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ....core.results.plot import Plot, own_options
+from ....core.results.plot import Plot, own_figure
 from ....core.results.table import Table
 from ....kit.arrays import Array
 from ....kit.differences import displacements, slopes
@@ -39,6 +39,7 @@ _UNITS = {
 class LinearisationPlot(Plot):
     """Draws the coefficients of a linear equation."""
 
+    @own_figure
     def __call__(self, *columns: Any, **options: Any) -> Figure:
         """Draw mass, damping and stiffness over the drive's position, a whole period.
 
@@ -49,8 +50,6 @@ class LinearisationPlot(Plot):
         Raises:
             ArgumentError: as `Plot`.
         """
-        if columns:
-            return super().__call__(*columns, **options)
         from ....figures.vibration import coefficients
 
         found = self._result
@@ -60,7 +59,7 @@ class LinearisationPlot(Plot):
             for name, unit in zip(names, units, strict=True)
         }
         at = np.append(found.position, found.period)
-        return coefficients(at, closed, found.free, **own_options(options))
+        return coefficients(at, closed, found.free, **options)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ....core.results.plot import Plot, own_options
+from ....core.results.plot import Plot, own_figure, own_options
 from ....core.results.table import Table
 from ....kit.arrays import ROUNDED, Array
 from ....kit.checks import positive, several, whole
@@ -62,6 +62,7 @@ def states(order: Array, amplitude: Array, speed: Array, position: Array) -> Sta
 class PeriodicMotionPlot(Plot):
     """Draws periodic motions."""
 
+    @own_figure
     def __call__(self, *columns: Any, row: int = 0, **options: Any) -> Figure:
         """Draw the free coordinates of a motion over a revolution.
 
@@ -73,15 +74,12 @@ class PeriodicMotionPlot(Plot):
         Raises:
             ArgumentError: no such row, or as `Plot`.
         """
-        if columns:
-            return super().__call__(*columns, **options)
         from ....figures.vibration import over_revolution
 
         found = self._result
-        position, values = self._course(row)
-        return over_revolution(
-            position, values, found.free, unit=unit_of(found.scene), **own_options(options, "row")
-        )
+        position = np.linspace(0.0, 2.0 * np.pi, 721)
+        values = found.at(position).position[found._row(row)]
+        return over_revolution(position, values, found.free, unit=unit_of(found.scene), **options)
 
     def orbit(self, first: str = "", second: str = "", *, row: int = 0, **options: Any) -> Figure:
         """Draw the path of two free coordinates of a motion; a dot marks where it begins.
@@ -104,12 +102,6 @@ class PeriodicMotionPlot(Plot):
         across, up = (f"{name} [{unit_of(found.scene, name)}]" for name in (first, second))
         speed = f"{found.speed[row]:.6g} rad/s"
         return orbits({speed: path}, labels=(across, up), **own_options(options))
-
-    def _course(self, row: int) -> tuple[Array, Array]:
-        """Return positions of the drive over a revolution, and the free coordinates there."""
-        found = self._result
-        position = np.linspace(0.0, 2.0 * np.pi, 721)
-        return position, found.at(position).position[found._row(row)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from ....kit.arrays import EPS, NOTHING, ROUNDED, Array
 from ....kit.errors import VibrationError
 from ....kit.periodic import amplitudes
 from ..model.modes import clear_senses, sense_name
-from ..motions.continuation import Branch, Point
+from ..motions.continuation import Branch, Point, motions_of
 from ..motions.linear import at_mean
 from ..motions.search import WIDEST, MotionSearch
 from ..motions.stability import stays
@@ -362,7 +362,7 @@ def _width(crossing: Crossing) -> float:
 
 def _is_linear(point: Point) -> bool:
     """Return whether the equation of small changes about a motion is that about rest."""
-    motions = point.motions
+    (motions,) = motions_of([point])
     powers = abs(point.speed) ** np.array([2.0, 1.0, 0.0])
     here, rest = (
         np.stack([item.mass, item.damping, item.stiffness]) * powers[:, None, None, None, None]
@@ -485,7 +485,7 @@ class _Stretch:
             for fold in self._branch.folds
             if not fold.is_met
         ]
-        if not stays(peak.motions)[0]:
+        if not _lasts(peak):
             most = self._greatest_lasting()
             more = "" if most is None else f"; of those that a rig stays at, {most:.3g} was found"
             notes.append(f"its greatest amplitude is that of an unstable motion{more}")
@@ -509,7 +509,7 @@ class _Stretch:
             for fold in self._branch.folds
         ]
         for share, places in sorted(found, reverse=True):
-            if any(stays(self._points[at].motions)[0] for at in places):
+            if any(_lasts(self._points[at]) for at in places):
                 return share
         return None
 
@@ -558,6 +558,11 @@ class _Stretch:
             found = self._branch.reached(before, after, lambda point: self.share(point) - level)
             return ([*inside, found], True) if found else (inside, False)
         return inside, False
+
+
+def _lasts(point: Point) -> bool:
+    """Return whether a rig stays at a motion."""
+    return bool(stays(motions_of([point])[0])[0])
 
 
 def _peaks(sizes: Array) -> Array:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ....core.elements.law import Given, Law
 from ....core.results.plot import Plot, own_options
 from ....core.results.table import Table
 from ....kit.arrays import Array
@@ -18,7 +18,7 @@ from ....kit.periodic import nodes
 from ....kit.time_left import Task
 from ...simulation.events import Event
 from ..model.efforts import with_drive
-from ..motions.driven import Characteristic, DrivenMotions
+from ..motions.driven import DrivenMotions, drive_torque
 from ..motions.search import MotionSearch
 from ..motions.steady_path import steady_path
 from .periodic_motion import refuse_missed, search_of
@@ -70,16 +70,14 @@ class Run(NamedTuple):
 class SimulatedRun:
     """A run of one scene, from the periodic motion at its first speed."""
 
-    def __init__(
-        self, search: MotionSearch, first: float, last: float, torque: Characteristic | None
-    ) -> None:
+    def __init__(self, search: MotionSearch, first: float, last: float, torque: Law | None) -> None:
         """Find the motion with which the run begins.
 
         Args:
             search: of the scene.
             first: speed at the beginning [rad/s].
             last: at the end.
-            torque: characteristic of the drive; None where its speed rises steadily.
+            torque: of the drive; None where its speed rises steadily.
 
         Raises:
             VibrationError: there is no motion at the first speed.
@@ -138,12 +136,12 @@ class SimulatedRun:
         # Steps are as short as the fastest swing asks for, which may be faster than the drive.
         return run.at(np.union1d(np.linspace(0.0, end, int(_PER_PERIOD * turns) + 1), run.steps))
 
-    def _load(self, given: Characteristic) -> Any:
+    def _load(self, given: Law) -> Any:
         """Return what acts on the drive, its load in the scene included."""
         own, drive = float(np.asarray(self._scene.loads.get(self._drive, 0.0)).item()), self._drive
-        if not callable(given.torque):
-            return given.torque + own
-        return lambda time, position, speed: given(speed[drive]) + own
+        if not given.of:
+            return given.given + own  # type: ignore[operator]
+        return lambda time, position, speed: given.at_one("torque", speed=speed[drive]) + own
 
     def _ends(self) -> list[Event]:
         """Return what ends the run: the last speed, of which a turn runs ahead, or rest."""
@@ -163,7 +161,7 @@ class SimulatedRun:
         if np.sum(late) < 2:  # A slope takes two.
             return np.nan
         slope = float(np.polyfit(at[late], mean[late], 1)[0])
-        free = abs(self._torque(self._first)) / self._inertia()
+        free = abs(self._torque.at_one("torque", speed=self._first)) / self._inertia()
         return float(np.mean(mean[late])) if abs(slope) < _STALLED * free else np.nan
 
     def _inertia(self) -> float:
@@ -387,7 +385,7 @@ def run_up(
     to_speed: float,
     duration: float,
     *,
-    torque: float | Callable[[float], float] | None = None,
+    torque: Given | None = None,
     rtol: float = 1e-8,
     max_amplitude: float = 1.0,
 ) -> RunUp:
@@ -402,9 +400,10 @@ def run_up(
             does, the run ends there.
         duration: [s].
         torque: what moves the drive instead of a prescribed motion [N·m], beside the loads of the
-            scene: a constant, or a function of the drive's speed [rad/s], such as a motor's line
-            `lambda speed: 0.02 * (157.0 - speed)`. Weak ones may be captured at a resonance,
-            which then takes all their power.
+            scene: a constant, a function of the drive's speed [rad/s], such as a motor's line
+            `lambda speed: 0.02 * (157.0 - speed)`, or a table `(n, 2)` of speeds and torques,
+            beyond whose ends is an error. Weak ones may be captured at a resonance, which then
+            takes all their power.
         rtol: of the simulation.
 
     Raises:
@@ -421,7 +420,7 @@ def run_up(
             f"from_speed {from_speed!r} and to_speed {to_speed!r}: give two speeds of one sense"
         )
     search = search_of(scene, max_amplitude)
-    given = None if torque is None else Characteristic(torque)
+    given = None if torque is None else drive_torque(torque)
     with Task("run-up", 2) as task:
         run = SimulatedRun(search, first, last, given).over(duration, rtol)
         task.tell(1)

@@ -10,11 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....core.elements.law import Law
 from ....kit.arrays import ROUNDED, Array
 from ....kit.extremes import greatest, peak
 from ....kit.periodic import amplitudes, orders_of
 from ..model.modes import averaged, sense_name
-from ..motions.driven import Characteristic, DrivenMotions
+from ..motions.continuation import motions_of
+from ..motions.driven import DrivenMotions
 from ..motions.harmonic_balance import Motions
 from ..motions.linear import averaged_motions
 from ..motions.residuals import residuals
@@ -69,15 +71,13 @@ class Predicted(NamedTuple):
 class TorqueCurve:
     """Torque that the motions along a path absorb."""
 
-    def __init__(
-        self, search: MotionSearch, path: SteadyPath, torque: Characteristic | None
-    ) -> None:
+    def __init__(self, search: MotionSearch, path: SteadyPath, torque: Law | None) -> None:
         """Take a path.
 
         Args:
             search: that found it.
             path: of motions at constant speed.
-            torque: characteristic of the drive; None where its motion is prescribed.
+            torque: of the drive; None where its motion is prescribed.
         """
         self._search, self._path, self._is_prescribed = search, path, torque is None
         self._motions = DrivenMotions(search, torque)
@@ -89,12 +89,11 @@ class TorqueCurve:
             VibrationError: a torque cannot move the drive with one of the speeds.
             CardanError: as `Scene.sweep`.
         """
-        count, free = len(self._path.motions), len(self._search.rotating.free)
-        missed = np.array(self._path.missed)
-        size = count + len(missed)
+        missed, free = np.array(self._path.missed), len(self._search.rotating.free)
+        size = len(self._path.points) + len(missed)
         swing, linear = np.full((2, size, free), np.nan)
         torque, lack = np.full((2, size), np.nan)
-        for motions in self._path.together():
+        for motions in motions_of(self._path.points):
             if self._is_prescribed:
                 residuals(motions)
             found = self._motions.of(motions)
