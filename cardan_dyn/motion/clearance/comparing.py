@@ -45,10 +45,7 @@ def compare(scan: Scan, simulation: ContactSimulation) -> ScanComparison:
     common = [joint for joint in scan.values() if opened.intersection(joint.by_bearing())]
     if not common:
         raise ArgumentError("no joint of the simulation was scanned")
-    if abs(scan.speed - simulation.speed) > ROUNDED * abs(scan.speed):
-        raise ArgumentError(
-            f"the scan is of {scan.speed:g} rad/s, the simulation of {simulation.speed:g} rad/s"
-        )
+    simulation.refuse_other_speed(scan.speed)
     others = [name for name, of in scan.made_of.items() if simulation.made_of.get(name, of) != of]
     if others:
         raise ArgumentError(

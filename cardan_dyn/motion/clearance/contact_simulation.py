@@ -12,8 +12,8 @@ import numpy as np
 from ...core.elements.link_motions import LinkMotions
 from ...core.results.result import Result
 from ...core.results.table import Table
-from ...kit.arrays import Array
-from ...kit.errors import ModelError, choices
+from ...kit.arrays import ROUNDED, Array
+from ...kit.errors import ArgumentError, ModelError, choices
 from ...kit.frozen import read_only
 from ..simulation.trajectory import Trajectory
 from .opened_mechanism import across
@@ -156,6 +156,17 @@ class ContactSimulation(Result, Mapping[str, JointContact]):
     def time(self) -> Array:
         """Times `(N,)` [s]: the steps of the simulation, or those that `at` was given."""
         return self.trajectory.time
+
+    def refuse_other_speed(self, speed: float) -> None:
+        """Refuse the speed of a scan if it is another one.
+
+        Raises:
+            ArgumentError: it is.
+        """
+        if abs(speed - self.speed) > ROUNDED * abs(speed):
+            raise ArgumentError(
+                f"the scan is of {speed:g} rad/s, the simulation of {self.speed:g} rad/s"
+            )
 
     @property
     def steps(self) -> Array:

@@ -207,13 +207,17 @@ class ForceCourse:
             slope, least = float(np.linalg.norm(rate)), float(np.linalg.norm(force))
             if slope == 0.0 or max(slope, least) <= _FLAT * greatest:
                 continue
+            # The period's end is its beginning, to rounding.
+            place = position % self._period
+            after = np.roll(sizes[:: int(sense)], -index if sense > 0 else index + 1)
+            falls = np.append(after[1:] < after[:-1], [False, True])
             found.append(
                 Swing(
-                    position=self._in_period(position),
+                    position=place if self._period - place > ROUNDED * self._period else 0.0,
                     least=least,
                     slope=slope,
                     direction=sense * rate / slope,
-                    way=self._way_to_greatest(sizes, index, sense) * step,
+                    way=int(np.argmax(falls)) * step,
                     growth=self._growth(position, force, rate, curvature),
                 )
             )
@@ -229,11 +233,6 @@ class ForceCourse:
         middle = np.array([position])
         return float(rising(rate_of_square, middle - step, middle + step)[0])
 
-    def _in_period(self, position: float) -> float:
-        """Return a position from 0 to below a period; its end is its beginning to rounding."""
-        inside = position % self._period
-        return 0.0 if self._period - inside <= ROUNDED * self._period else inside
-
     def _growth(self, position: float, force: Array, rate: Array, curvature: Array) -> float:
         """Return by which power of the speed the rate per time grows, the least force moving."""
         if self._inertial is None:
@@ -242,13 +241,6 @@ class ForceCourse:
         grown, grown_rate, _ = 2.0 * self._inertial.at(position).reshape(3, -1)
         moved = -(grown @ rate + force @ grown_rate) / (rate @ rate + force @ curvature)
         return float(1.0 + rate @ (curvature * moved + grown_rate) / (rate @ rate))
-
-    @staticmethod
-    def _way_to_greatest(sizes: Array, index: int, sense: float) -> int:
-        """Return after how many samples in a sense the force is greatest for the first time."""
-        turned = np.roll(sizes[:: int(sense)], -index if sense > 0 else index + 1)
-        rises = np.nonzero(turned[1:] < turned[:-1])[0]
-        return int(rises[0]) if rises.size else len(sizes)
 
 
 def _dips(sizes: Array) -> list[int]:

@@ -196,9 +196,9 @@ class Scanner:
                 items.append(replace(item, way=way, ahead=ahead))
             motion, why = self._followed(joint, course, means[name], items, speed)
             force, pins = forces[name].world, [item.of for item in joint.bearings]
-            radii = (
-                () if joint.radii is None else zip(joint.pins, joint.radii.tolist(), strict=True)
-            )
+            radius: dict[str, float] = {}
+            if joint.radii is not None:
+                radius = {item.of: float(joint.radii[item.pin]) for item in joint.bearings}
             scans[name] = JointScan(
                 name=name,
                 position=position,
@@ -211,7 +211,7 @@ class Scanner:
                 mean_mass=masses[name],
                 clearance=dict(zip(pins, joint.clearances.tolist(), strict=True)),
                 stiffness=dict(zip(pins, joint.laws, strict=True)),
-                radius={pin.name: radius for pin, radius in radii if pin.name in pins},
+                radius=radius,
                 motion=motion,
                 unfollowed=why,
             )
@@ -289,12 +289,11 @@ class Scanner:
                 self._start,
             )
             if most * swing.least < model.slope * _longest(model, most * swing.least):
-                cases.append((name, swing, mobility, model))
-        estimate([(name, model) for name, _, _, model in cases])
+                cases.append((name, swing, mobility, model, most))
+        estimate([(name, model) for name, _, _, model, _ in cases])
         kept, ends = [], []
-        for name, swing, mobility, model in cases:
+        for name, swing, mobility, model, most in cases:
             time = float(model.estimate.contact_time)
-            most = float(np.max(self._joints[name].shares(swing.direction)))
             through = most * swing.least / (model.slope * time)
             if through < 1.0:
                 kept.append((name, swing, mobility, model, through))

@@ -18,7 +18,6 @@ from ....figures.style import (
 )
 from ....kit.arrays import Array
 from ....kit.checks import positive
-from ....kit.errors import ArgumentError
 from ..contact_simulation import ContactSimulation, finely
 from ..scan_results import JointScan, Scan
 
@@ -56,10 +55,8 @@ def contact_course(
         Dresig and Thümmel, Bild 6.
     """
     turns = positive("turns", turns)
-    if scanned is not None and abs(scanned.speed - simulation.speed) > 1e-12 * abs(scanned.speed):
-        raise ArgumentError(
-            f"the scan is of {scanned.speed:g} rad/s, the simulation of {simulation.speed:g} rad/s"
-        )
+    if scanned is not None:
+        simulation.refuse_other_speed(scanned.speed)
     coarse = simulation[joint].position
     (kept,) = np.nonzero(np.abs(coarse - coarse[-1]) <= 2.0 * np.pi * turns)
     course = finely(simulation, joint, kept[0])
