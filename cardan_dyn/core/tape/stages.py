@@ -98,21 +98,23 @@ class Stages:
             [values.get(name) for name in stage.program.inputs]
             for stage, values in zip(self.stages, self._checked(inputs, count), strict=True)
         ]
-        return self.run_values(given, count)
+        return self.run_rows(given, count)
 
-    def run_values(self, inputs: Sequence[Sequence[Array | None]], count: int) -> list[Array]:
-        """Return what `run` does, with inputs that are not checked.
+    def run_rows(self, inputs: Sequence[Sequence[Array | None]], count: int) -> list[Array]:
+        """Return what `run` does, with inputs that stand in arrays one below the other.
 
         Args:
-            inputs: of each stage, arrays `()` or `(count,)`, one for each of its program's inputs;
-                None for those that are taken.
+            inputs: of each stage, arrays as of `Program.run_rows`, or `()` and `(count,)` of a
+                single input; None for each that is taken.
             count: number of lanes.
         """
         if not (count and self.stages and machine_is_at_hand()):
-            named = [
-                dict(zip(stage.program.inputs, own, strict=True))
-                for stage, own in zip(self.stages, inputs, strict=True)
-            ]
+            named = []
+            for stage, own in zip(self.stages, inputs, strict=True):
+                every: list[Array | None] = []
+                for part in own:
+                    every.extend([part] if part is None or part.ndim < 2 else part)
+                named.append(dict(zip(stage.program.inputs, every, strict=True)))
             return self.run_on_arrays(named, count)
         block = block_for(count)
         lanes = max(block, count)

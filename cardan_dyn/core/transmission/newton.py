@@ -173,10 +173,9 @@ class FittedWay(Way):
         size, count = given.shape
         found, left = None, np.arange(count)
         for stages in staged:
-            rows = [*np.ascontiguousarray(given if found is None else given[:, left])]
-            passed = [None] * stages.stages[0].program.outputs
-            inputs = [rows, [*rows, *passed, _NO_STEP], [*rows, *passed]]
-            closed, result = stages.run_values(inputs, len(left))
+            rows = np.ascontiguousarray(given if found is None else given[:, left])
+            taken: list[Array | None] = [rows, *[None] * stages.stages[0].program.outputs]
+            closed, result = stages.run_rows([[rows], [*taken, _NO_STEP], taken], len(left))
             holds = closed[-1] <= 1.0
             if found is None and holds.all():
                 return result, left[:0]  # As most are.

@@ -108,12 +108,12 @@ class JointMotion:
         A drive brings the mechanism back to itself if all is the same half a period back and ahead
         of the start, with held joints where they are.
         """
-        for index in self._driven:
-            column = self._drive_columns[index]
-            ahead = own[:, index] - self._start[column]
-            (far,) = (np.abs(ahead) > TURN).nonzero()
-            if not far.size or not turns_freely(self._mechanism, self._names[index]):
+        ways = own - self._start[self._drive_columns]
+        is_far = np.abs(ways) > TURN
+        for index in is_far.any(axis=0).nonzero()[0].tolist():
+            if index in self._held or not turns_freely(self._mechanism, self._names[index]):
                 continue
+            ahead, (far,) = ways[:, index], is_far[:, index].nonzero()
             held = own[far][:, self._held]
             chosen, of = distinct(held)
             designs = held[chosen]

@@ -29,7 +29,6 @@ _MOST_TAPES = 2
 """Orders that are tried."""
 _MOST_STEPS = 400
 """Steps of a line at most."""
-_ZERO = np.zeros(())
 
 
 class TapedLines:
@@ -66,16 +65,26 @@ class TapedLines:
         self._legs = legs
         self._units = tree.coordinate_units(len(start))
         self._begins, self._start = start, start / self._units
-        columns = kinematics.coordinates.column_of(kinematics.drives).tolist()
-        self._columns: list[int] = columns
-        self._passives = self._roles.columns(tree)
+        self._columns = kinematics.coordinates.column_of(kinematics.drives)
+        self._passives = np.array(self._roles.columns(tree), dtype=int)
+        moving = {*self._columns.tolist(), *self._passives.tolist()}
+        self._still = [column for column in range(len(start)) if column not in moving]
         self._mechanism, self._find_orders = mechanism, orders
         self._key = self._roles, *map(tuple, legs)
-        # Where nothing moves yet: arrays of one number each.
-        begin = {f"x{column}": value for column, value in enumerate(self._start.tolist())}
-        begin |= {f"e{column}": self._start[column] for column in columns}
-        begin |= {"rest": 1.0, "length": 1.0, "lost": 0.0, "step": np.inf}
-        self._begin = {name: np.array(value) for name, value in begin.items()}
+        # Of each leg, the drives that have moved behind it, and those that move; and of its stages
+        # what is given besides, or None where it is what the stage before found.
+        x, lost = self._start[self._passives, None], np.zeros(())
+        place = [None] * (len(x) + 2 * len(self._roles.passives) + len(self._roles.blocks))
+        moved = np.zeros((len(drives), 1), dtype=bool)
+        begins: list[Array | None] = [lost, x]
+        self._given: list[tuple[Array, Array, list[list[Array | None]]]] = []
+        for leg in legs:
+            moves = np.zeros_like(moved)
+            moves[leg] = True
+            moved = moved | moves
+            self._given.append((moved, moves, [begins, [*place, np.ones((2, 1))]]))
+            begins = [None] * (1 + len(x))
+        self._given.append((moved, np.zeros_like(moved), [[*begins, np.array(np.inf)]]))
 
     def ends(self, positions: Array) -> tuple[Array, Array]:
         """Return coordinates near closed ones at the ends of lines, and which these hold for.
@@ -93,9 +102,10 @@ class TapedLines:
             chosen = self._orders.at(index, from_start=True) if len(rest) else None
             if chosen is None:
                 break
-            key = self._key, self._orders.key, chosen.scene, index
-            stages = self._mechanism.kept.of("lines", key, partial(self._traced, chosen.order))
-            follow = partial(self._follow, stages, targets, x, is_there)
+            key = chosen.scene, index
+            if key not in self._known:
+                self._known.setdefault(key, self._stages(chosen.order))
+            follow = partial(self._follow, self._known[key], targets, x, is_there)
             in_threads(follow, [rest[span] for span in blocks(len(rest), LARGE_BLOCK)])
         x[:, self._columns] = positions
         return x, is_there
@@ -104,6 +114,11 @@ class TapedLines:
     def _orders(self) -> Orders:
         """Orders of elimination: the same for all scenes that move alike."""
         return self._find_orders(self._tree, self._roles)
+
+    @cached_property
+    def _known(self) -> dict[tuple[bytes, int], Stages]:
+        """Stages of orders, by where these are chosen and which they are."""
+        return self._mechanism.kept.of("lines", (self._key, self._orders.key), dict)
 
     def _follow(
         self, stages: Stages, targets: Array, x: Array, is_there: Array, own: Array
@@ -120,31 +135,25 @@ class TapedLines:
         ways = targets[own] - self._start[self._columns]
         # Lines to places near by take as many steps, and those of a block end together.
         order = neighbours(ways, LANES)
-        own, ways = own[order], ways[order].T
-        ends = targets[own].T
-        given, inputs = dict(self._begin), []
-        # Two stages for each leg, and then the last one.
-        for leg, first in zip((*self._legs, ()), range(0, len(stages.stages), 2), strict=True):
-            for drive, column in enumerate(self._columns):
-                if drive in leg:
-                    given[f"e{column}"] = ends[drive]
-                given[f"w{column}"] = ways[drive] if drive in leg else _ZERO
-            for stage in stages.stages[first : first + 2]:
-                names = stage.program.inputs
-                inputs.append([None if name in stage.taken else given[name] for name in names])
-        (outputs,) = stages.run_values(inputs, len(order))
+        own = own[order]
+        ends, ways = targets[own].T, ways[order].T
+        still, start, inputs = self._start[self._still, None], self._start[self._columns, None], []
+        for moved, moves, given in self._given:
+            line = still, np.where(moved, ends, start), moves * ways
+            inputs += [[*line, *rest] for rest in given]
+        (outputs,) = stages.run_rows(inputs, len(order))
         closed = outputs[:-1].T * self._units[self._passives]
         lines = consecutive(own)  # Of which slices are written at once.
         x[lines if isinstance(lines, slice) else own[:, None], self._passives] = closed
         is_there[own] = outputs[-1] <= NEAR
 
-    def _traced(self, order: Order) -> Stages:
+    def _stages(self, order: Order) -> Stages:
         """Return the stages that lead to the ends of lines."""
         roles = self._roles
         begins, lines, last = (
             self._program(text, order) for text in (self._begun, self._advanced, self._corrected)
         )
-        x = {f"x{column}": row for row, column in enumerate(self._passives)}
+        x = {f"x{column}": row for row, column in enumerate(self._passives.tolist())}
         names = [*x, *(f"{kind}{rate}" for kind in "va" for rate in roles.passives)]
         names += [f"s{block}" for block in range(len(roles.blocks))]
         place = {name: row for row, name in enumerate(names)}
@@ -174,18 +183,17 @@ class TapedLines:
         return Stages([*stages, ends])
 
     def _program(self, text: Callable[[Trace, Line], Sequence[Scalar]], order: Order) -> Program:
-        drives = self._columns
+        drives = self._columns.tolist()
         with Trace() as trace:
             still = {
                 column: trace.input(f"x{column}", value, uniform=True)
-                for column, value in enumerate(self._start.tolist())
-                if column not in {*drives, *self._passives}
+                for column, value in zip(self._still, self._start[self._still], strict=True)
             }
             ends, ways = (
                 {column: trace.input(f"{kind}{column}", 0.0) for column in drives} for kind in "ew"
             )
             line = Line(self._tree, self._roles, order, ends, ways, still)
-            return Program(trace, text(trace, line))
+            return Program(trace, text(trace, line), keeps_inputs=True)
 
     def _begun(self, trace: Trace, line: Line) -> list[Scalar]:
         """Return the rows of a place where lines begin; NaN where the leg before did not end."""
@@ -210,7 +218,7 @@ class TapedLines:
         return [*x.values(), select(lost, np.nan, step)]
 
     def _inputs(self, trace: Trace) -> dict[int, Scalar]:
-        return {column: trace.input(f"x{column}", 0.0) for column in self._passives}
+        return {column: trace.input(f"x{column}", 0.0) for column in self._passives.tolist()}
 
 
 def _rows(place: Place) -> list[Scalar]:
