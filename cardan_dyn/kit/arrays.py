@@ -60,17 +60,22 @@ def inverse(placement: Array) -> Array:
 
 
 def cardan_angles(quaternion: Array) -> Array:
-    """Return the angles `(3,)` of turns about x, the carried y, the carried z, of a rotation.
+    """Return the angles `(3, …)` of turns about x, the carried y, the carried z, of rotations.
 
     Args:
-        quaternion: `(4,)` of unit length (x, y, z, w).
+        quaternion: `(4, …)` of unit length (x, y, z, w).
     """
     x, y, z, w = quaternion
-    first = np.arctan2(2.0 * (x * w - y * z), 1.0 - 2.0 * (x * x + y * y))
+    sine, rest = 2.0 * (x * w - y * z), 1.0 - 2.0 * (x * x + y * y)
     # Of the middle angle, sine and cosine: the latter does not vanish in the former's rounding.
-    cosine = np.hypot(1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w))
+    cosine = np.hypot(sine, rest)
     middle = np.arctan2(2.0 * (x * z + y * w), cosine)
-    last = np.arctan2(2.0 * (z * w - x * y), 1.0 - 2.0 * (y * y + z * z))
+    # At a right angle rounding alone would tell the first one. Whatever that is, the last one leads
+    # on to the rotation.
+    first = np.where(cosine > 8.0 * EPS, np.arctan2(sine, rest), 0.0)
+    sine, rest = np.sin(0.5 * first), np.cos(0.5 * first)
+    sine, rest = rest * z - sine * y, rest * w + sine * x
+    last = 2.0 * np.arctan2(np.copysign(1.0, rest) * sine, np.abs(rest))
     return np.array([first, middle, last])
 
 

@@ -11,6 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cardan_dyn.kit.arrays import (
+    cardan_angles,
+    cardan_quaternion,
     consecutive,
     cross,
     distinct,
@@ -65,6 +67,21 @@ def test_quaternion_products_of_the_imaginary_units() -> None:
     for first, second, expected in ((i, j, k), (j, k, i), (k, i, j), (i, i, -one), (one, j, j)):
         np.testing.assert_array_equal(quaternion_product(first, second), expected)
     np.testing.assert_array_equal(quaternion_product(j, i), -k)
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-15, 1e-9, 1e-4, 1.0])
+def test_cardan_angles_give_the_rotation_at_and_beside_right_angles_of_the_middle_turn(
+    off: float,
+) -> None:
+    expected = []
+    for first, last, side in 3.0 * generic(40, 3):
+        about = zip((first, np.copysign(np.pi / 2 - off, side), last), np.eye(3), strict=True)
+        x, y, z = (pin.exp3(angle * axis) for angle, axis in about)
+        expected.append(x @ y @ z)
+    angles = cardan_angles(np.transpose([pin.Quaternion(turn).coeffs() for turn in expected])).T
+    assert np.all(np.abs(angles) <= [np.pi, np.pi / 2, np.pi])
+    found = [pin.Quaternion(cardan_quaternion(own)).matrix() for own in angles]
+    np.testing.assert_allclose(found, expected, atol=1e-14)
 
 
 @pytest.mark.parametrize(("rows", "columns"), [(1, 1), (3, 40), (40, 3), (12, 12), (0, 3)])
