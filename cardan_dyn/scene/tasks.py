@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, reduce
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -21,17 +22,12 @@ from ..core.description.description import (
     LoopDescription,
 )
 from ..core.description.elements import unique
+from ..core.mechanics.vectors import about, dot, product, times
 from ..core.mechanism.configuration import Configuration
 from ..core.mechanism.mechanism import Mechanism
 from ..core.results.prescribed import MotionResult
-from ..kit.arrays import (
-    ROUNDED,
-    Array,
-    cardan_angles,
-    cardan_quaternion,
-    inverse,
-    quaternion_product,
-)
+from ..core.tape import Program, Trace, absolute, arctan2, cos, greater, select, sin, sqrt
+from ..kit.arrays import EPS, ROUNDED, Array, cardan_quaternion, inverse
 from ..kit.checks import text, vector
 from ..kit.errors import ArgumentError, ModelError, choices
 from ..kit.frozen import Record
@@ -207,8 +203,8 @@ class Block(NamedTuple):
         rows: names of the task's k rows.
         drives: names of the coordinates that are driven.
         start: `(k,)` rows in the configuration from which the coordinates count.
-        turned: unit quaternion `(4,)` (x, y, z, w) of the link there, where the last three rows are
-            a rotation vector; else None.
+        turned: rotation `(3, 3)` of the link there, where the last three rows are a rotation
+            vector; else None.
     """
 
     rows: tuple[str, ...]
@@ -226,11 +222,10 @@ class Block(NamedTuple):
         """
         if self.turned is None:
             return np.asarray(given - self.start)
-        angle = np.linalg.norm(given[..., 3:], axis=-1, keepdims=True)
-        half = np.sinc(0.5 * angle / np.pi) * 0.5 * given[..., 3:]
-        wanted = np.concatenate([half, np.cos(0.5 * angle)], axis=-1).reshape(-1, 4)
-        back = self.turned * (-1.0, -1.0, -1.0, 1.0)
-        turns = _turns(quaternion_product(wanted, back[None, :]), along_path, other)
+        vectors = given[..., 3:].reshape(-1, 3)
+        rows = [vectors.T, self.turned.reshape(9, 1)]
+        both = _turning().run_rows(rows, len(vectors)).T.reshape(-1, 2, 3)
+        turns = _along(both) if along_path else both[:, int(other)]
         result = np.zeros((*given.shape[:-1], len(self.drives)))
         result[..., :3] = given[..., :3] - self.start[:3]
         result[..., 6:] = turns.reshape(*given.shape[:-1], 3)
@@ -253,9 +248,9 @@ class Block(NamedTuple):
         """Return the rows `(k,)` at positions `(d,)` of the drives."""
         if self.turned is None:
             return np.asarray(columns + self.start)
-        turned = quaternion_product(cardan_quaternion(columns[6:]), self.turned)
-        turn = pinocchio.log3(pinocchio.Quaternion(turned).toRotationMatrix())
-        return np.concatenate([columns[:3] + self.start[:3], turn])
+        turn = pinocchio.Quaternion(cardan_quaternion(columns[6:])).toRotationMatrix()
+        vector = pinocchio.log3(turn @ self.turned)
+        return np.concatenate([columns[:3] + self.start[:3], vector])
 
 
 def points_led(tasks: Iterable[Task]) -> dict[str, tuple[str, Array]]:
@@ -330,32 +325,43 @@ def _about(rotations: Array, axis: str) -> Array:
     )
 
 
-def _turns(quaternions: Array, along_path: bool, is_other: bool) -> Array:
-    """Return angles `(N, 3)` of turns about x, the carried y, the carried z, of rotations `(N, 4)`.
+@cache
+def _turning() -> Program:
+    """Return a program of the angles of turns about x, the carried y, the carried z.
 
-    Of those that give a rotation they are the nearest to zero, or the others, or the nearest to the
-    sample before.
+    Both of each rotation without whole turns, first those nearest to zero. Inputs are a rotation
+    vector, and row by row the rotation from which the turns lead to it.
     """
-    first = cardan_angles(quaternions.T).T
-    other = first * (1.0, -1.0, 1.0) + np.pi
-    every = np.stack([first, other], axis=1)
-    if not along_path:
-        return _nearest(every, np.zeros(3), is_other)
+    with Trace() as trace:
+        vector = [trace.input(axis, 0.1) for axis in _AXES]
+        rows = [[trace.input(f"{i}{k}", 0.0, uniform=True) for k in range(3)] for i in range(3)]
+        angle = sqrt(dot(vector, vector))
+        axis = times(vector, select(angle, 1.0 / angle, 0.0))
+        # The transpose of a rotation is its inverse.
+        x, y, z = product(about(axis, sin(angle), cos(angle)), rows)
+        cosine = sqrt(z[1] * z[1] + z[2] * z[2])
+        # Of a middle turn by a right angle, rounding alone would tell the first one. Whatever that
+        # is, the last one leads on to the rotation.
+        turn = select(cosine - 8.0 * EPS, arctan2(-z[1], z[2]), 0.0)
+        sine, cosine_of_turn = sin(turn), cos(turn)
+        last = (sine * axis[2] + cosine_of_turn * axis[1] for axis in (x, y))
+        first = [turn, arctan2(z[0], cosine), arctan2(*last)]
+        half = [select(value, np.pi, -np.pi) for value in first]
+        other = [first[0] - half[0], half[1] - first[1], first[2] - half[2]]
+        far, farther = (reduce(greater, map(absolute, angles)) for angles in (first, other))
+        pairs = list(zip(first, other, strict=True))
+        near = [select(far - farther, b, a) for a, b in pairs]
+        return Program(trace, [*near, *(select(far - farther, a, b) for a, b in pairs)])
+
+
+def _along(both: Array) -> Array:
+    """Return those `(N, 3)` of angles `(N, 2, 3)`, up to whole turns, nearest to the ones before."""
     at, found = np.zeros(3), []
-    for options in every:
-        at = _nearest(options[None], at)[0]
+    for options in both:
+        near = at + _within(options - at)
+        at = near[np.abs(near - at).max(axis=-1).argmin()]
         found.append(at)
     return np.array(found)
-
-
-def _nearest(options: Array, to: Array, is_other: bool = False) -> Array:
-    """Return `(N, 3)` of angles `(N, 2, 3)`, up to whole turns, those nearest to others `(3,)`.
-
-    Or those of both that are not.
-    """
-    near = to + _within(options - to)
-    best = np.abs(near - to).max(axis=-1).argmin(axis=-1) ^ is_other
-    return np.asarray(near[np.arange(len(near)), best])
 
 
 def _within(angles: Array) -> Array:
@@ -520,8 +526,8 @@ class _Chain:
         # The first three turns carry the angular velocity and stand at zero, where they do not
         # lock.
         names = (*self._slides(place, _AXES), *self._turns(_AXES * 2))
-        turned = pinocchio.Quaternion(place[:3, :3]).coeffs()
-        return Block(names[:6], names, np.append(place[:3, 3], np.zeros(3)), turned)
+        start = np.append(place[:3, 3], np.zeros(3))
+        return Block(names[:6], names, start, place[:3, :3])
 
     def _angle(self, task: AngleTask, place: Array, turned: float, in_plane: bool) -> Block:
         self._slides(place, _without(task.axis * in_plane))

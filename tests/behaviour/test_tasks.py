@@ -417,7 +417,10 @@ def test_turns_that_no_middle_angle_limits(along_path: bool) -> None:
     assert sweep.position == pytest.approx(turned[:, None] * np.eye(6)[5], abs=1e-14)
 
 
-@pytest.mark.parametrize("turn", [(0.0, np.pi / 2, 0.0), (np.pi, 0.0, 0.0), (0.0, 2.8, 0.3)])
+LOCKED = [(0.0, np.pi / 2, 0.0), (0.4, -np.pi / 2, 0.3), (0.2, np.pi / 2 - 1e-9, 0.5)]
+
+
+@pytest.mark.parametrize("turn", [*LOCKED, (np.pi, 0.0, 0.0), (0.0, 2.8, 0.3)])
 def test_rates_are_right_where_cardan_angles_lock(turn: tuple[float, float, float]) -> None:
     """A link on three slides and three hinges, whose axes are those of no angles of ours."""
     mechanism, names = gantry(2, 0, 2)
@@ -429,6 +432,7 @@ def test_rates_are_right_where_cardan_angles_lock(turn: tuple[float, float, floa
     more = np.array([0.5, 0.0, 1.0, -2.0, 1.0, 0.4])
     sweep = scene.sweep(row[None], rate, more)
     hand, scale = sweep.point("hand"), sweep.task_condition[0]
+    assert sweep.task_residual < 1e-14 * scale
     turned = Rotation.from_matrix(hand.orientation[0]) * Rotation.from_rotvec(row[3:]).inv()
     assert turned.magnitude() < 1e-14 * scale
     assert hand.angular_velocity[0] == pytest.approx(rate[3:], abs=1e-14 * scale)
