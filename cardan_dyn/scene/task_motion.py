@@ -108,7 +108,7 @@ class TaskMotion(Frozen):
         """All that sweeps are given: the tasks, and free coordinates."""
         return *self.tasks, *self.machine.problem.free
 
-    @property
+    @cached_property
     def _told_of(self) -> tuple[str, ...]:
         """Names of the coordinates that may drive the machine, whose rates are solved for."""
         return *self.actuated, *self.machine.problem.free
@@ -212,7 +212,7 @@ class TaskMotion(Frozen):
         self.machine.refuse_too_many(targets.size)
         solver = self.follower.of_varied(targets.varied)
 
-        rates = problem.mechanism.coordinates.rates_of(self._told_of)
+        rates = self._rates
 
         def moved(targets: Targets) -> tuple[AssembledPositions, Array, Array, Array]:
             assembled = solver.assembled_in_turn(targets, along_path)
@@ -249,7 +249,7 @@ class TaskMotion(Frozen):
         followed = Swept(solver, acting, motion, np.zeros((0, 6)), {})
         condition = partial(_condition, solver, assembled, x)
         of = Given(self.given, self.rows, given, *moving, condition, followed)
-        return Followed(of, x[:, own], turns[:, own], v, a, targets.shape, held)
+        return Followed(of, x[:, own], turns[:, own], v, a, targets.shape, targets.held)
 
     def told(
         self, error: AssemblyError | SingularConfigurationError, asked: Array, where: str
@@ -314,7 +314,7 @@ class TaskMotion(Frozen):
         if not array.size:
             raise ArgumentError(f"{name} is empty")
         if not array.ndim:
-            return np.full(count, float(array))
+            return array.repeat(count)
         if count == 1 and not (array.ndim > 1 and array.shape[-1] == 1):
             return array[..., None]
         if array.shape[-1] != count:
@@ -323,6 +323,11 @@ class TaskMotion(Frozen):
                 f"for each row of the task: {', '.join(self.rows)}"
             )
         return array
+
+    @cached_property
+    def _rates(self) -> Array:
+        """Velocity coordinates of the follower that are those of `_told_of`."""
+        return np.array(self.follower.problem.mechanism.coordinates.rates_of(self._told_of))
 
     @cached_property
     def _columns_of_machine(self) -> Array | slice:
@@ -359,7 +364,7 @@ class TaskMotion(Frozen):
             for rates in (followed.v, followed.a)
         )
         acting = acting_on(problem, *moves)
-        at = targets_of(problem, rows.reshape(*followed.shape, -1), followed.held)
+        at = Targets.of_positions(rows, followed.shape)._replace(held=followed.held)
         targets = spanned(at, acting, problem)
         solver = machine.of_varied(targets.varied)
         solver.refuse_too_many(targets.size)

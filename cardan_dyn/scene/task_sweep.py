@@ -17,7 +17,7 @@ from ..core.results.sweep import Sweep
 from ..core.results.table import Table, Variable
 from ..kit.arrays import EPS, Array, spread
 from ..kit.errors import IndeterminateError, choices
-from ..kit.frozen import frozen, made, read_only
+from ..kit.frozen import FrozenDict, frozen, made, read_only
 from .tasks import Task, missed, points_led
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Followed(NamedTuple):
         x, turns: `(N, size)` coordinates of the mechanism, and whole turns that they lack.
         v, a: `(N, a)` velocities and accelerations of the actuated joints.
         shape: of the samples.
-        held: held joints to other positions, as they were given.
+        held: held joints to other positions, see `Targets`.
     """
 
     given: Given
@@ -66,7 +66,7 @@ class Followed(NamedTuple):
     v: Array
     a: Array
     shape: tuple[int, ...]
-    held: Any
+    held: FrozenDict[str, Array]
 
 
 class TaskSweep(Sweep):

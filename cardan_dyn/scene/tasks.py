@@ -355,7 +355,7 @@ def _turning() -> Program:
 
 
 def _along(both: Array) -> Array:
-    """Return those `(N, 3)` of angles `(N, 2, 3)`, up to whole turns, nearest to the ones before."""
+    """Return of `(N, 2, 3)` angles, up to whole turns, the `(N, 3)` nearest to the ones before."""
     at, found = np.zeros(3), []
     for options in both:
         near = at + _within(options - at)

@@ -83,6 +83,7 @@ class Inputs(NamedTuple):
         acting: Acting,
         turns: Array,
         has_rates: bool | None = None,
+        is_closed: bool = False,
     ) -> Inputs:
         """Return what is prescribed for samples.
 
@@ -92,6 +93,7 @@ class Inputs(NamedTuple):
             acting: flat over these samples.
             turns: see the attribute.
             has_rates: see the attribute; None if there are no other samples.
+            is_closed: see the attribute.
         """
         if has_rates is None:
             has_rates = acting.has_rates
@@ -117,6 +119,7 @@ class Inputs(NamedTuple):
             turns,
             acting.time,
             has_rates,
+            is_closed,
         )
 
     def of_samples(self, samples: Array) -> Inputs:
@@ -245,15 +248,7 @@ class Solution(NamedTuple):
     def overflown(self) -> set[str]:
         """Names of the arrays in which numbers overflow."""
         arrays: tuple[Any, ...] = self.x, self.v, self.a, self.wrenches, self.efforts
-        # A sum of squares is finite only if all its terms are, and takes less than looking at each.
-        total = 0.0
-        for array in arrays:
-            flat = array.ravel("K")
-            total += flat.dot(flat)
-        if math.isfinite(total):
-            return set()
-        named = zip(FINITE, arrays, strict=True)
-        return {name for name, array in named if not np.isfinite(array).all()}
+        return overflown(dict(zip(FINITE, arrays, strict=True)))
 
     def prove(self, positions: Array) -> None:
         """Refuse a solution whose residuals are too great.
@@ -264,8 +259,7 @@ class Solution(NamedTuple):
         Raises:
             AccuracyError: a residual exceeds its tolerance, or numbers overflow.
         """
-        if overflown := self.overflown:
-            refuse_overflow(overflown)
+        refuse_overflow(self.overflown)
         self.residuals.prove(positions, self.closure_condition)
 
 
@@ -277,6 +271,15 @@ class InverseDynamics:
     """
 
     inputs_of = staticmethod(Inputs.of)
+
+    @staticmethod
+    def refuse_overflown(arrays: Mapping[str, Array]) -> None:
+        """Refuse arrays in which numbers overflow, by their names in `FINITE`.
+
+        Raises:
+            AccuracyError: there are any.
+        """
+        refuse_overflow(overflown(arrays))
 
     def __init__(
         self,
@@ -465,6 +468,18 @@ class InverseDynamics:
         """
         ratios = np.abs(velocity_ratios) * self._ratio_scale
         return np.asarray(state.condition * ratios.max(axis=(1, 2), initial=1.0))
+
+
+def overflown(arrays: Mapping[str, Array]) -> set[str]:
+    """Return the names of arrays in which numbers overflow."""
+    # A sum of squares is finite only if all its terms are, and takes less than looking at each.
+    total = 0.0
+    for array in arrays.values():
+        flat = array.ravel("K")
+        total += flat.dot(flat)
+    if math.isfinite(total):
+        return set()
+    return {name for name, array in arrays.items() if not np.isfinite(array).all()}
 
 
 def refuse_overflow(names: Collection[str]) -> None:

@@ -502,7 +502,7 @@ class ProblemSolver(Frozen):
         return solution
 
     def moved(
-        self, assembled: AssembledPositions, acting: Acting, rates: Sequence[int]
+        self, assembled: AssembledPositions, acting: Acting, rates: Array
     ) -> tuple[Array, Array, Array]:
         """Return coordinates `(N, size)`, and velocities and accelerations `(N, k)` of some rates.
 
@@ -511,29 +511,24 @@ class ProblemSolver(Frozen):
         Args:
             assembled: N samples of this solver, used up as by `solve`.
             acting: how fast the drives move; it broadcasts with the samples.
-            rates: k velocity coordinates.
+            rates: `(k,)` velocity coordinates.
 
         Raises:
             AccuracyError: numbers overflow.
         """
-        from .collected import Rows
-        from .inverse_dynamics import refuse_overflow
-
-        work, rows = Work(self, assembled, acting), Rows(len(assembled))
-        if len(assembled.spans) > 1 and isinstance(assembled.blocks, InTurn):
-            rows.arrays["x"] = assembled.blocks.given_up()
+        work, blocks, count = Work(self, assembled, acting), assembled.blocks, len(assembled)
+        # Coordinates take the place of the guesses that they are found from.
+        x = blocks.given_up() if isinstance(blocks, InTurn) else np.empty(assembled.turns.shape)
+        v, a = np.empty((2, count, len(rates)))
 
         def put(index: int) -> None:
-            found = self.taped.moved(*work.given(index))
+            span, found = assembled.spans[index], self.taped.moved(*work.given(index))
             # What is found has a row for each coordinate, which is gathered as a whole.
-            v, a = found.v.T[rates].T, found.a.T[rates].T
-            own = {"x": found.x, "v": v, "a": a}
-            rows.put(assembled.spans[index], own)
+            x[span], v[span], a[span] = found.x, found.v.T[rates].T, found.a.T[rates].T
 
         in_threads(put, range(len(assembled.spans)))
-        every = rows.arrays
-        refuse_overflow({name for name in every if not np.isfinite(every[name]).all()})
-        return every["x"], every["v"], every["a"]
+        self.inverse_dynamics.refuse_overflown({"x": x, "v": v, "a": a})
+        return x, v, a
 
     def sought(self, assembled: AssembledPositions, acting: Acting) -> tuple[Array, Array]:
         """Return wrenches `(N, k, 6)` and efforts `(N, p)`, see `Solution`; none is proven.
@@ -543,15 +538,12 @@ class ProblemSolver(Frozen):
         Raises:
             AccuracyError: numbers overflow.
         """
-        from .inverse_dynamics import refuse_overflow
-
         work, columns = Work(self, assembled, acting), self.problem.prescribed_columns
         every = [self.taped.found(*work.given(k))[0] for k in range(len(assembled.spans))]
         efforts = np.concatenate([found.efforts.take(columns, 1) for found in every])
         wrenches = np.concatenate([found.wrenches for found in every])
         wrenches = wrenches.reshape(len(efforts), -1, 6)[:, self.problem.output_indices]
-        named = {"wrenches": wrenches, "efforts": efforts}
-        refuse_overflow({name for name in named if not np.isfinite(named[name]).all()})
+        self.inverse_dynamics.refuse_overflown({"wrenches": wrenches, "efforts": efforts})
         return wrenches, efforts
 
     def keeps_rates(self, count: int) -> bool:
@@ -697,12 +689,11 @@ class Work:
         if len(assembled.spans) > 1:
             targets, turns = targets.block(span), turns[span]
         acting = self._everywhere or self._acting.flat(assembled.shape, span)
-        given = targets, acting, turns, self._has_rates
-        inputs = dynamics.inputs_of(solver.problem, *given)
         blocks = assembled.blocks
         guess = blocks.guess(index) if isinstance(blocks, InTurn) else None
-        x = blocks[index].x if guess is None else guess.x
-        inputs = inputs._replace(is_closed=guess is None or guess.is_closed)
+        x, is_closed = (blocks[index].x, True) if guess is None else (guess.x, guess.is_closed)
+        given = targets, acting, turns, self._has_rates, is_closed
+        inputs = dynamics.inputs_of(solver.problem, *given)
 
         def close(samples: Array) -> ClosedState:
             if guess is None:

@@ -129,7 +129,7 @@ class Problem(Record):
         held = {name: value for name, value in self.held.items() if name not in names}
         return replace(self, independent=(*self.independent, *names), held=frozen(held))
 
-    @property
+    @cached_property
     def drives(self) -> tuple[str, ...]:
         """Names of the joints whose motion is prescribed."""
         return tuple(name for name in self.independent if name not in self.free)

@@ -271,7 +271,7 @@ def drive_values(name: str, value: object, problem: Problem) -> Array:
         has_axis = problem.listed and array.ndim > 1 and array.shape[-1] == 1
         return array if has_axis else array[..., None]
     if not array.ndim:
-        return np.full(drives, float(array))
+        return array.repeat(drives)
     if array.shape[-1] != drives:
         raise ArgumentError(
             f"{name} has shape {array.shape}, expected a number or (..., {drives}), a column for "
