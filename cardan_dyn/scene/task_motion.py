@@ -212,11 +212,9 @@ class TaskMotion(Frozen):
         self.machine.refuse_too_many(targets.size)
         solver = self.follower.of_varied(targets.varied)
 
-        rates = self._rates
-
         def moved(targets: Targets) -> tuple[AssembledPositions, Array, Array, Array]:
             assembled = solver.assembled_in_turn(targets, along_path)
-            return assembled, *solver.moved(assembled, acting, rates)
+            return assembled, *solver.moved(assembled, acting, self._rates)
 
         try:
             try:
@@ -237,18 +235,9 @@ class TaskMotion(Frozen):
             asked = flat(given, targets.shape, trailing=1)[sample]
             raise self.told(error, asked, f" (sample {sample} of {targets.size})") from None
         own = self._columns_of_machine
-        turns = assembled.turns
-        motion = Motion(
-            problem.mechanism,
-            problem.independent,
-            x,
-            turns,
-            partial(solver.rates_at, assembled, x, acting),
-            targets.shape,
-        )
-        followed = Swept(solver, acting, motion, np.zeros((0, 6)), {})
-        condition = partial(_condition, solver, assembled, x)
-        of = Given(self.given, self.rows, given, *moving, condition, followed)
+        turns, following = assembled.turns, (solver, assembled, x)
+        swept = partial(_swept, *following, acting)
+        of = Given(self.given, self.rows, given, *moving, partial(_condition, *following), swept)
         return Followed(of, x[:, own], turns[:, own], v, a, targets.shape, targets.held)
 
     def told(
@@ -357,10 +346,12 @@ class TaskMotion(Frozen):
         """
         problem, coordinates = machine.problem, machine.problem.mechanism.coordinates
         drives = problem.independent
-        columns, own = coordinates.columns_of(drives), [*map(self._told_of.index, drives)]
+        columns = coordinates.columns_of(drives)
         rows = followed.x[:, columns] + 2.0 * np.pi * followed.turns[:, columns]
         moves = (
-            rates[:, own].reshape(*followed.shape, -1) if np.count_nonzero(rates) else 0.0
+            rates[:, [*map(self._told_of.index, drives)]].reshape(*followed.shape, -1)
+            if np.count_nonzero(rates)
+            else 0.0
             for rates in (followed.v, followed.a)
         )
         acting = acting_on(problem, *moves)
@@ -368,7 +359,7 @@ class TaskMotion(Frozen):
         targets = spanned(at, acting, problem)
         solver = machine.of_varied(targets.varied)
         solver.refuse_too_many(targets.size)
-        given = coordinates.columns_of((*drives, *targets.varied))
+        given = columns + coordinates.columns_of(targets.varied)
 
         def coordinates_near() -> tuple[Array, Array]:
             x, turns = (
@@ -579,6 +570,13 @@ def _weights(
         if not weights[name] > 0.0:
             raise ArgumentError(f"effort_weights[{name!r}] is {value}; weights are positive")
     return frozen(weights)
+
+
+def _swept(solver: ProblemSolver, assembled: AssembledPositions, x: Array, acting: Acting) -> Swept:
+    problem, rates = solver.problem, partial(solver.rates_at, assembled, x, acting)
+    where = x, assembled.turns, rates, assembled.shape
+    motion = Motion(problem.mechanism, problem.independent, *where)
+    return Swept(solver, acting, motion, np.zeros((0, 6)), {})
 
 
 def _condition(solver: ProblemSolver, assembled: AssembledPositions, x: Array) -> Array:

@@ -37,7 +37,7 @@ class Given(NamedTuple):
         rows: their names.
         position, speed, acceleration: `(..., m)`, which broadcast with the samples.
         condition: condition number of following them, or what returns it.
-        followed: the sweep of what follows them.
+        followed: returns the sweep of what follows them.
     """
 
     tasks: tuple[Task, ...]
@@ -46,7 +46,7 @@ class Given(NamedTuple):
     speed: Array
     acceleration: Array
     condition: Array | Callable[[], Array]
-    followed: Swept
+    followed: Callable[[], Swept]
 
 
 class Followed(NamedTuple):
@@ -234,7 +234,8 @@ class TaskSweep(Sweep):
         from .task_derivative import task_derivatives  # Few sweeps are differentiated.
 
         of = self._swept(parameters)
-        return task_derivatives(of, self._given.followed, self._given.tasks, self.rows, parameters)
+        given = self._given
+        return task_derivatives(of, given.followed(), given.tasks, self.rows, parameters)
 
     def _swept(self, parameters: tuple[object, ...]) -> Swept:
         shared = [name for name, is_unique in self.actuated_unique.items() if not is_unique]

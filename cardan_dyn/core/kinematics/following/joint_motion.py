@@ -51,7 +51,7 @@ class JointMotion:
         `known` returns the kinematics with the rows that are independent over the motion, `orders`
         see `Orders`.
         """
-        self._drives, self._mechanism = drives, problem.mechanism
+        self._drives, self._mechanism = consecutive(np.array(drives)), problem.mechanism
         self._names = tuple(problem.independent[index] for index in drives)
         self._kinematics, self._known = kinematics, known
         self._groups = list(range(len(kinematics.solvers)))

@@ -69,21 +69,22 @@ class TapedLines:
         self._passives = np.array(self._roles.columns(tree), dtype=int)
         moving = {*self._columns.tolist(), *self._passives.tolist()}
         self._still = [column for column in range(len(start)) if column not in moving]
+        self._from = self._start[self._columns]
         self._mechanism, self._find_orders = mechanism, orders
         self._key = self._roles, *map(tuple, legs)
         # Of each leg, the drives that have moved behind it, and those that move; and of its stages
         # what is given besides, or None where it is what the stage before found.
-        x, lost = self._start[self._passives, None], np.zeros(())
+        still, x = self._start[self._still, None], self._start[self._passives, None]
         place = [None] * (len(x) + 2 * len(self._roles.passives) + len(self._roles.blocks))
         moved = np.zeros((len(drives), 1), dtype=bool)
-        begins: list[Array | None] = [lost, x]
+        begins: list[Array | None] = [still, np.zeros(()), x]
         self._given: list[tuple[Array, Array, list[list[Array | None]]]] = []
         for leg in legs:
             moves = np.zeros_like(moved)
             moves[leg] = True
             moved = moved | moves
-            self._given.append((moved, moves, [begins, [*place, np.ones((2, 1))]]))
-            begins = [None] * (1 + len(x))
+            self._given.append((moved, moves, [begins, [still, *place, np.ones((2, 1))]]))
+            begins = [still, *[None] * (1 + len(x))]
         self._given.append((moved, np.zeros_like(moved), [[*begins, np.array(np.inf)]]))
 
     def ends(self, positions: Array) -> tuple[Array, Array]:
@@ -132,14 +133,14 @@ class TapedLines:
             is_there: `(N,)`, written.
             own: indices of the lines.
         """
-        ways = targets[own] - self._start[self._columns]
+        ways = targets[own] - self._from
         # Lines to places near by take as many steps, and those of a block end together.
         order = neighbours(ways, LANES)
         own = own[order]
         ends, ways = targets[own].T, ways[order].T
-        still, start, inputs = self._start[self._still, None], self._start[self._columns, None], []
+        inputs = []
         for moved, moves, given in self._given:
-            line = still, np.where(moved, ends, start), moves * ways
+            line = np.where(moved, ends, self._from[:, None]), moves * ways
             inputs += [[*line, *rest] for rest in given]
         (outputs,) = stages.run_rows(inputs, len(order))
         closed = outputs[:-1].T * self._units[self._passives]
@@ -185,13 +186,13 @@ class TapedLines:
     def _program(self, text: Callable[[Trace, Line], Sequence[Scalar]], order: Order) -> Program:
         drives = self._columns.tolist()
         with Trace() as trace:
+            ends, ways = (
+                {column: trace.input(f"{kind}{column}", 0.0) for column in drives} for kind in "ew"
+            )
             still = {
                 column: trace.input(f"x{column}", value, uniform=True)
                 for column, value in zip(self._still, self._start[self._still], strict=True)
             }
-            ends, ways = (
-                {column: trace.input(f"{kind}{column}", 0.0) for column in drives} for kind in "ew"
-            )
             line = Line(self._tree, self._roles, order, ends, ways, still)
             return Program(trace, text(trace, line), keeps_inputs=True)
 
