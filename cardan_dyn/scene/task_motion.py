@@ -355,7 +355,7 @@ class TaskMotion(Frozen):
             for rates in (followed.v, followed.a)
         )
         acting = acting_on(problem, *moves)
-        at = Targets.of_positions(rows, followed.shape)._replace(held=followed.held)
+        at = Targets(followed.shape, rows.reshape(*followed.shape, -1), followed.held)
         targets = spanned(at, acting, problem)
         solver = machine.of_varied(targets.varied)
         solver.refuse_too_many(targets.size)

@@ -85,7 +85,8 @@ class TapedLines:
             moved = moved | moves
             self._given.append((moved, moves, [begins, [still, *place, np.ones((2, 1))]]))
             begins = [still, *[None] * (1 + len(x))]
-        self._given.append((moved, np.zeros_like(moved), [[*begins, np.array(np.inf)]]))
+        # The last stage goes on from where the last leg ends.
+        self._given[-1][2].append([*begins, np.array(np.inf)])
 
     def ends(self, positions: Array) -> tuple[Array, Array]:
         """Return coordinates near closed ones at the ends of lines, and which these hold for.
