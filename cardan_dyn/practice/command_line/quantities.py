@@ -17,13 +17,16 @@ def assigned(pairs: Sequence[str], option: str, form: str = "JOINT=VALUE") -> di
     """Return names and texts from `NAME=TEXT`; the last equals sign separates.
 
     Raises:
-        ArgumentError: a pair has another form; `option` and `form` are named in the message.
+        ArgumentError: a pair has another form, or a name comes twice; `option` and `form` are named
+            in the message.
     """
     values: dict[str, str] = {}
     for pair in pairs:
         name, _, value = pair.rpartition("=")
         if not name or not value.strip():
             raise ArgumentError(f"{option} {pair!r} is not {form}")
+        if name in values:
+            raise ArgumentError(f"{option} {name} is given twice, {values[name]} and {value}")
         values[name] = value
     return values
 

@@ -27,8 +27,10 @@ def test_assignments_are_read_back(values: dict[str, float]) -> None:
     assert {name: float(text) for name, text in assigned(pairs, "--held").items()} == values
 
 
-def test_the_last_of_two_assignments_counts() -> None:
-    assert assigned(("a=1", "b=2e3", "a=-3"), "--held") == {"a": "-3", "b": "2e3"}
+def test_a_name_that_comes_twice_is_refused() -> None:
+    """The first of two loads would vanish without a word."""
+    with pytest.raises(cd.ArgumentError, match="^--load a is given twice, 1 and -3$"):
+        assigned(("a=1", "b=2e3", "a=-3"), "--load")
 
 
 @pytest.mark.parametrize("pair", ["a", "a=", "=3", "", "=", "a= "])
