@@ -319,7 +319,8 @@ class Findings(Result, Frozen):
             return f"the whole time from {span(*self._found.search.ends, 's', ' to ')}"
         assert self.sweep is not None  # There is a search.
         slides = self.sweep.mechanism.drivable[self.drives[0]].slides
-        return f"the whole range from {way(*self._found.search.ends, slides, ' to ')}"
+        whole = "the whole range" + f" of {self.drives[0]}" * bool(self.task)
+        return f"{whole} from {way(*self._found.search.ends, slides, ' to ')}"
 
     @cached_property
     def places(self) -> Array:
@@ -347,12 +348,6 @@ class Findings(Result, Frozen):
         if self.is_over_time:
             size = float(np.abs(self.sweep.time).max())
             return ", ".join(f"t = {amount(float(time), 's', size=size)}" for time in places[:, 0])
-        if len(self.drives) == 1:
-            slides = self.sweep.mechanism.drivable[self.drives[0]].slides
-            size = float(np.abs(self.sweep.position).max())
-            # Places that lie closer to each other than digits tell are named once.
-            every = (place(float(value), slides, size) for value in places[:, 0])
-            return ", ".join(dict.fromkeys(every))
         positions = np.reshape(self.sweep.position, (len(self.sweep), -1))
         samples = np.flatnonzero(np.all(positions == places[0], axis=1))[:1]
         told = []
@@ -364,6 +359,13 @@ class Findings(Result, Frozen):
         # Beside a table of places two rows of a task are told as such.
         if told and (word or len(told) < 3):
             return ", ".join(told)
+        if len(self.drives) == 1:
+            slides = self.sweep.mechanism.drivable[self.drives[0]].slides
+            size = float(np.abs(self.sweep.position).max())
+            # Places that lie closer to each other than digits tell are named once.
+            every = (place(float(value), slides, size) for value in places[:, 0])
+            # Beside rows of a task a number alone would be taken for one of them.
+            return f"{self.drives[0]} " * bool(self.task) + ", ".join(dict.fromkeys(every))
         return f"{word}{int(np.argmax(np.all(self.places == places[0], axis=1))) + 1}"
 
     def __repr__(self) -> str:

@@ -29,7 +29,7 @@ def test_assignments_are_read_back(values: dict[str, float]) -> None:
 
 def test_a_name_that_comes_twice_is_refused() -> None:
     """The first of two loads would vanish without a word."""
-    with pytest.raises(cd.ArgumentError, match="^--load a is given twice, 1 and -3$"):
+    with pytest.raises(cd.ArgumentError, match=r"^--load a is given twice, 1 and -3$"):
         assigned(("a=1", "b=2e3", "a=-3"), "--load")
 
 

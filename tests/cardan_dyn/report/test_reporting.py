@@ -781,3 +781,21 @@ def test_a_task_that_is_simulated_is_told_beside_what_is_free(tmp_path: Path) ->
     text = Report(free).save(tmp_path / "free.html", scene=False).read_text("utf-8")
     assert " Free: " in text and '<th scope="row">free pivot</th>' in text
     assert "Driven" not in text and ">driven<" not in text
+
+
+def test_places_of_one_row_of_a_task_are_those_of_the_row() -> None:
+    """A crank leads, a piston drives: a bare length would be taken for that of what leads."""
+    scene = cd.Scene(
+        cd.load("slider_crank"),
+        task=["crank_bearing"],
+        actuated=["piston_guide"],
+        near={"crank_bearing": 0.5},
+        loads={"crank_bearing": -3.0},
+    )
+    found = cd.Report(scene.sweep(np.radians([20.0, 30.0, 60.0, 120.0])))
+    told = str(found)
+    assert "the whole range of piston_guide from -" in told
+    first = next(line for line in told.splitlines() if "drive effort" in line)
+    assert "crank_bearing 20°" in first
+    # The other end lies between samples, and is named by what drives there.
+    assert re.search(r"piston_guide -\d+\.\d mm", first)
