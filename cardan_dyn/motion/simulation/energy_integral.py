@@ -86,8 +86,8 @@ class EnergyIntegral:
             force[0, 0] = 0.0
         self._force = Fourier(force, functions.force.frequency).shortened(1e-17)
         self._work = self._force.integral()
-        is_pushed = bool(np.any(self._force.coefficients))
-        if speed and not (is_pushed or np.finfo(float).tiny < EPS * speed * speed < 1e290):
+        self._is_pushed = bool(np.any(self._force.coefficients))
+        if speed and not (self._is_pushed or np.finfo(float).tiny < EPS * speed * speed < 1e290):
             raise NotSuitableError("squares of the speed are no numbers")
         self._turn = 2.0 * np.pi / functions.inertia.frequency
         slope = self._inertia.derivative()
@@ -107,7 +107,8 @@ class EnergyIntegral:
             # Nothing says when it leaves an unstable equilibrium, but that it would for ever stay.
             self.doubt = np.inf if bend > self._error * self._scale else 0.0
             return
-        found, tops = self._extremes()
+        none = np.zeros(0)
+        found, tops = self._extremes() if self._is_pushed else (none, none)
         self._at_start = _Anchor(0.0, self._energy, self._force_at(0.0), False)
         # Swings end within a turn, and what stands beyond their ends is within another one.
         turns = np.arange(-2.0, 3.0)[:, None]
@@ -149,7 +150,8 @@ class EnergyIntegral:
     def _both_beside(self, starts: Array, ways: Array) -> tuple[Array, Array]:
         """Return how much work is done beyond that of a constant force, and inertias."""
         starts = self._start + starts
-        return self._work.bent(starts, ways)[0], self._inertia(starts + ways)[0]
+        bent = self._work.bent(starts, ways)[0] if self._is_pushed else np.zeros(len(ways))
+        return bent, self._inertia(starts + ways)[0]
 
     def _kinetic_beside(self, anchor: _Anchor, ways: Array) -> Array:
         """Return the kinetic energies `(N,)` at ways from an anchor."""
@@ -360,6 +362,10 @@ class _Elapsed:
         # Time of a panel and its derivative to the place on it, whose root is sought.
         paces = self._series * (0.5 * (self._high - self._low))[:, None]
         self._both = np.stack([self._sums, np.pad(paces, [(0, 0), (0, 1)])], axis=1)
+        # By how much places on it at its ends change with the time, as a fraction of its own.
+        signs = np.tile([1.0, -1.0], _NODES)[:_NODES]
+        self._leaves = spent / np.sum(paces * signs, axis=1)
+        self._arrives = spent / np.sum(paces, axis=1)
         # The start is in the last piece that begins before it.
         begins = np.where(self._sense > 0.0, ways, ways - far)
         piece = max(int(np.searchsorted(begins, 0.0, side="right")) - 1, 0)
@@ -443,7 +449,7 @@ class _Elapsed:
         pieces = self._pieces[panels]
         sense = self._sense[pieces]
         spent = np.where(sense > 0.0, spent, self._spent[panels] - spent)
-        both = self._both[panels]
+        both, whole = self._both[panels], self._spent[panels]
 
         def missing(places: Array, chosen: Array) -> tuple[Array, Array]:
             own = both if len(chosen) == len(both) else both[chosen]
@@ -451,11 +457,16 @@ class _Elapsed:
             return found[0] - spent[chosen], found[1]
 
         ends = np.ones(len(times))
+        # The cubic polynomial that begins and ends as the place does.
+        share = spent / whole
+        left, bend = 1.0 - share, 2.0 * share * (1.0 - share)
+        first = 2.0 * share - 1.0 + bend * (share - left)
+        first += 0.5 * bend * (left * self._leaves[panels] - share * self._arrives[panels])
         places = rising(
             missing,
             -ends,
             ends,
-            first=2.0 * spent / self._spent[panels] - 1.0,
+            first=np.minimum(np.maximum(first, -1.0), 1.0),
             least=0.5 * EPS,
             none=0.5 * EPS * self._times[panels + 1],
         )

@@ -68,6 +68,11 @@ class Way(NamedTuple):
         return self.unit == "m"
 
     @property
+    def size(self) -> float:
+        """The greatest position in size."""
+        return float(np.abs(self.position).max())
+
+    @property
     def span(self) -> str:
         """From where to where it goes."""
         return way_of(self.position, self.slides)
@@ -138,6 +143,12 @@ class Findings(Result, Frozen):
     def task(self) -> list[Way]:
         """How the rows of a task move, none without a task."""
         return [one for one in self.ways if one.kind == "task"]
+
+    @property
+    def told_rows(self) -> list[Way]:
+        """The rows of the task that places are told by: those that vary, all where none does."""
+        moved = [row for row in self.task if np.ptp(row.position) > NOTHING * row.size]
+        return moved or self.task
 
     @property
     def acts(self) -> bool:
@@ -351,11 +362,9 @@ class Findings(Result, Frozen):
         positions = np.reshape(self.sweep.position, (len(self.sweep), -1))
         samples = np.flatnonzero(np.all(positions == places[0], axis=1))[:1]
         told = []
-        for row in self.task:
-            size = float(np.abs(row.position).max())
-            if len(samples) and np.ptp(row.position) > NOTHING * size:
-                at = place(float(row.position[samples[0]]), row.slides, size)
-                told.append(f"{row.name} {at}")
+        for row in self.told_rows if len(samples) else ():
+            at = place(float(row.position[samples[0]]), row.slides, row.size)
+            told.append(f"{row.name} {at}")
         # Beside a table of places two rows of a task are told as such.
         if told and (word or len(told) < 3):
             return ", ".join(told)

@@ -245,8 +245,7 @@ def _places(report: Findings) -> Iterator[Grid]:
         return
     told, caption = report.ways, "Positions of the drives at these places"
     if report.task:
-        told = [row for row in report.task if np.ptp(row.position)]
-        caption = "The task at these places"
+        told, caption = report.told_rows, "The task at these places"
         positions = np.reshape(sweep.position, (len(sweep), -1))
         samples = [int(np.all(positions == at, axis=1).argmax()) for at in places]
         known = np.stack([row.position[samples] for row in told], axis=1)

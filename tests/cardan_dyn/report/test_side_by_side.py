@@ -372,6 +372,19 @@ def test_places_of_a_task_of_many_rows_are_a_table_of_these(tmp_path: Path) -> N
             assert f"{abs(value):.6g}"[:7] in table
 
 
+def test_a_place_at_which_loads_alone_vary_is_told_by_the_rows_of_the_task(tmp_path: Path) -> None:
+    arm = cd.load(ARM)
+    task = cd.PointTask("hand", axes="xz")
+    scene = cd.Scene(arm, task=task, actuated=["shoulder", "elbow"])
+    push = np.linspace([0.0, 0.0, 0.0], [-250.0, 0.0, -100.0], 5)
+    report = cd.Report(scene.sweep(TIP[0], loads={"hand": cd.Wrench(push, frame="world")}))
+    assert {row[4] for grid in report.grids() for row in grid.rows} - {"throughout"} == {
+        f"hand.x {TIP[0, 0]:.4g} m, hand.z {TIP[0, 1]:.4g} m"
+    }
+    pytest.importorskip("jinja2", reason="it is a page")
+    assert "at these places" in report.save(tmp_path / "p.html", scene=False).read_text("utf-8")
+
+
 def test_the_moment_of_a_slide_says_about_which_point_it_is() -> None:
     """A crane's trolley: the rail's moment is about the trolley, wherever that is."""
     crane = """<robot name="crane"><link name="rail"/><link name="trolley"><inertial>
